@@ -1,1 +1,6 @@
-//! dapple-shadows
+//! Shadow techniques as plain libraries: nothing here knows that it is measured.
+//!
+//! [`filtering`] antialiases a depth map: percentage-closer filtering and the pre-filtered
+//! (statistical) estimators, in reference, CPU and GPU form.
+
+pub mod filtering;

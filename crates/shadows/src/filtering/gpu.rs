@@ -1,0 +1,1 @@
+//! The filters as compute passes.

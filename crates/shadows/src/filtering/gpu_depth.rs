@@ -1,0 +1,1 @@
+//! The depth map of light-space triangles by rasterisation.
