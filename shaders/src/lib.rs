@@ -1,1 +1,59 @@
-//! dapple-shaders
+//! The WGSL of every technique, embedded, resolved, and checked by naga.
+//!
+//! Files live in `<crate>/<stage>.wgsl` beside this crate's manifest; what several share lives in
+//! `common/`. To add one: put the file, and add one line to [`FILES`].
+
+mod layout;
+mod resolve;
+
+pub use layout::{Layout, struct_layout, validate};
+pub use resolve::ShaderError;
+
+macro_rules! files {
+    ($($path:literal,)*) => { &[$(($path, include_str!(concat!("../", $path))),)*] };
+}
+
+/// Every embedded file: path under `shaders/`, text as written (imports not resolved).
+pub const FILES: &[(&str, &str)] = files![
+    "common/index.wgsl",
+    "gpu/arithmetic.wgsl",
+    "gpu/copy.wgsl",
+    "gpu/f16_store.wgsl",
+    "gpu/loops.wgsl",
+    "gpu/triangle.wgsl",
+    "gpu/work.wgsl",
+];
+
+/// The text of `path` (for example `"shadows/box.wgsl"`) with its imports put in.
+///
+/// A line `#import common/index.wgsl` is replaced by that file's text, each file once,
+/// depth-first. `enable` directives of imported files are moved to the top, where WGSL wants them.
+///
+/// # Errors
+/// [`ShaderError::Unknown`] and [`ShaderError::Cycle`], naming file and line.
+pub fn source(path: &str) -> Result<String, ShaderError> {
+    resolve::resolve(path, &|path| raw(path))
+}
+
+/// The files that hold entry points: all but `common/`.
+pub fn paths() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(path, _)| *path).filter(|path| !path.starts_with("common/"))
+}
+
+/// Hash over all paths and texts, 16 hex digits: goes into every record.
+pub fn hash() -> String {
+    let mut sorted: Vec<_> = FILES.to_vec();
+    sorted.sort_unstable();
+    let mut hasher = blake3::Hasher::new();
+    for (path, text) in sorted {
+        for part in [path, text] {
+            hasher.update(&(part.len() as u64).to_le_bytes());
+            hasher.update(part.as_bytes());
+        }
+    }
+    hasher.finalize().to_hex()[..16].to_string()
+}
+
+fn raw(path: &str) -> Option<&'static str> {
+    FILES.iter().find(|(known, _)| *known == path).map(|(_, text)| *text)
+}
