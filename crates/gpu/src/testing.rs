@@ -1,0 +1,33 @@
+//! One device a process for the GPU tests of every crate.
+
+use std::sync::OnceLock;
+
+use crate::{AdapterChoice, Gpu, GpuError};
+
+/// The adapter for tests: `DAPPLE_ADAPTER` names one, else the first there is.
+///
+/// Returns `None` after printing `not run: ...` where no adapter can be opened; with
+/// `DAPPLE_REQUIRE_GPU=1` that is a failure.
+///
+/// # Panics
+/// With `DAPPLE_REQUIRE_GPU=1` and no usable adapter.
+#[expect(clippy::print_stderr, reason = "a test that is not run says so")]
+#[expect(clippy::panic, reason = "the build server demands a GPU")]
+pub fn test_gpu() -> Option<&'static Gpu> {
+    static GPU: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
+    match GPU.get_or_init(|| Gpu::open(&choice())) {
+        Ok(gpu) => Some(gpu),
+        Err(error) if std::env::var("DAPPLE_REQUIRE_GPU").is_ok_and(|v| v == "1") => {
+            panic!("DAPPLE_REQUIRE_GPU=1, but {error}")
+        }
+        Err(error) => {
+            eprintln!("not run: no adapter ({error})");
+            None
+        }
+    }
+}
+
+/// The adapter that tests open.
+pub fn choice() -> AdapterChoice {
+    std::env::var("DAPPLE_ADAPTER").map_or(AdapterChoice::Auto, AdapterChoice::Named)
+}
