@@ -1,1 +1,32 @@
-//! dapple-records
+//! Measurements as append-only JSON Lines.
+//!
+//! One file a run: a `run` line ([`RunHeader`]), one flat `row` line for each measurement or
+//! failure ([`Row`]), and an `end` line ([`RunEnd`]) once the run is complete. Lines are
+//! self-contained, so files may be concatenated, and DuckDB, pandas and polars read them as they
+//! are. Units stand in the key (`_ns`, `_bytes`); maps are flattened (`knob.layers`,
+//! `error.rmse`, `pass.filter-x_ns`).
+//!
+//! Versions: every line has `"schema"`. Unknown keys are ignored (a later minor change); a line of
+//! a later schema is skipped with that reason; missing optional keys take their empty value.
+
+pub mod error;
+mod fields;
+pub mod front;
+pub mod line;
+pub mod read;
+pub mod row;
+pub mod time;
+pub mod validate;
+pub mod write;
+
+pub use error::RecordError;
+pub use front::front;
+pub use line::{Line, RunEnd, RunHeader};
+pub use read::{Read, Skipped, read_dir, read_file, unfinished};
+pub use row::{Row, Status};
+pub use serde_json::Value;
+pub use validate::validate;
+pub use write::{Writer, new_run_id};
+
+/// The schema that this crate writes and the latest that it reads.
+pub const SCHEMA: u32 = 1;

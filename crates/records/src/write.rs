@@ -1,0 +1,175 @@
+//! Appending rows to a run's file.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind, Read as _, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use crate::error::RecordError;
+use crate::line::{RunEnd, RunHeader};
+use crate::read::read_file;
+use crate::row::Row;
+use crate::validate::validate;
+
+/// Appends to one run's file. Each line is one `write` in append mode, synced to the disk: a
+/// killed process loses no row whose `append` returned.
+#[derive(Debug)]
+pub struct Writer {
+    file: File,
+    path: PathBuf,
+    run: String,
+    rows: BTreeSet<String>,
+    /// The file ends in half a line.
+    torn: bool,
+}
+
+impl Writer {
+    /// Creates `<UTC time>-<sweep>-<first 8 of run>.jsonl` in `dir` (made if absent) and writes
+    /// the header. Never overwrites.
+    ///
+    /// # Errors
+    /// [`RecordError::Io`] names the directory or file.
+    pub fn create(dir: &Path, header: &RunHeader) -> Result<Self, RecordError> {
+        fs::create_dir_all(dir).map_err(|e| RecordError::io("create directory", dir, e))?;
+        let path = dir.join(file_name(header));
+        let file = OpenOptions::new()
+            .append(true)
+            .create_new(true)
+            .open(&path)
+            .map_err(|e| RecordError::io("create", &path, e))?;
+        let run = header.run.clone();
+        let mut writer = Self { file, path, run, rows: BTreeSet::new(), torn: false };
+        writer.line(header.to_line())?;
+        Ok(writer)
+    }
+
+    /// Opens a run's file to go on where it stopped. Half a last line is closed by a line feed;
+    /// the reader skips it.
+    ///
+    /// # Errors
+    /// [`RecordError::NoHeader`] if no `run` line is readable, [`RecordError::Io`] otherwise.
+    pub fn resume(path: &Path) -> Result<Self, RecordError> {
+        let read = read_file(path)?;
+        let header =
+            read.headers.last().ok_or_else(|| RecordError::NoHeader(path.to_path_buf()))?;
+        let mut file = OpenOptions::new()
+            .read(true)
+            .append(true)
+            .open(path)
+            .map_err(|e| RecordError::io("open", path, e))?;
+        let torn = !ends_in_line_feed(&mut file).map_err(|e| RecordError::io("read", path, e))?;
+        let run = header.run.clone();
+        let rows = read.rows.iter().filter(|r| r.run == run).map(|r| r.row.clone()).collect();
+        let mut writer = Self { file, path: path.to_path_buf(), run, rows, torn };
+        if torn {
+            writer.line(String::new())?;
+        }
+        Ok(writer)
+    }
+
+    /// Checks and appends a row.
+    ///
+    /// # Errors
+    /// [`RecordError::Invalid`] or [`RecordError::OtherRun`], and nothing is written;
+    /// [`RecordError::Io`] on a full disk and the like: earlier rows are safe, and the row may be
+    /// appended again.
+    pub fn append(&mut self, row: &Row) -> Result<(), RecordError> {
+        validate(row)?;
+        if row.run != self.run {
+            return Err(RecordError::OtherRun {
+                row: row.run.clone(),
+                file: self.run.clone(),
+                path: self.path.clone(),
+            });
+        }
+        self.line(row.to_line())?;
+        self.rows.insert(row.row.clone());
+        Ok(())
+    }
+
+    /// Marks the run as complete; an interrupted run is left without this line, to be resumed.
+    ///
+    /// # Errors
+    /// [`RecordError::Io`].
+    pub fn end(&mut self) -> Result<(), RecordError> {
+        let end = RunEnd {
+            run: self.run.clone(),
+            time: crate::time::now(),
+            rows: self.rows.len() as u64,
+        };
+        self.line(end.to_line())
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The run's id.
+    pub fn run(&self) -> &str {
+        &self.run
+    }
+
+    /// Identities of the rows in the file.
+    pub fn rows(&self) -> &BTreeSet<String> {
+        &self.rows
+    }
+
+    fn line(&mut self, mut line: String) -> Result<(), RecordError> {
+        if self.torn {
+            line.insert(0, '\n');
+        }
+        if !line.ends_with('\n') {
+            line.push('\n');
+        }
+        // Until the whole line is out, assume that it is not.
+        self.torn = true;
+        self.file
+            .write_all(line.as_bytes())
+            .map_err(|e| RecordError::io("append to", &self.path, e))?;
+        self.torn = false;
+        match self.file.sync_data() {
+            Ok(()) => Ok(()),
+            // Pipes and some file systems cannot sync; the write itself went through.
+            Err(e) if matches!(e.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {
+                Ok(())
+            }
+            Err(e) => Err(RecordError::io("sync", &self.path, e)),
+        }
+    }
+}
+
+fn ends_in_line_feed(file: &mut File) -> io::Result<bool> {
+    if file.seek(SeekFrom::End(0))? == 0 {
+        return Ok(true);
+    }
+    file.seek(SeekFrom::End(-1))?;
+    let mut last = [0];
+    file.read_exact(&mut last)?;
+    Ok(last == *b"\n")
+}
+
+/// `20261122T043722Z-quick-0123abcd.jsonl`; characters unfit for file names become `-`.
+fn file_name(header: &RunHeader) -> String {
+    let time = if header.time.is_empty() { crate::time::now() } else { header.time.clone() };
+    let seconds = time.split('.').next().unwrap_or_default();
+    let stamp: String = seconds.chars().filter(char::is_ascii_alphanumeric).take(15).collect();
+    let safe = |text: &str, most: usize| -> String {
+        let fit = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' };
+        text.chars().take(most).map(fit).collect()
+    };
+    format!("{stamp}Z-{}-{}.jsonl", safe(&header.sweep, 60), safe(&header.run, 8))
+}
+
+/// A run id of 16 hexadecimal digits, from the clock, the process id and a counter.
+pub fn new_run_id() -> String {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let nanoseconds = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
+    let mut hash = blake3::Hasher::new();
+    hash.update(&nanoseconds.to_le_bytes());
+    hash.update(&std::process::id().to_le_bytes());
+    hash.update(&COUNT.fetch_add(1, Ordering::Relaxed).to_le_bytes());
+    hash.finalize().to_hex().as_str().chars().take(16).collect()
+}
