@@ -71,7 +71,7 @@ pub enum VsmVariant {
 pub enum EsmSpace {
     /// `E[exp(c z)]`: plain linear filtering, overflows for large `c`.
     Linear,
-    /// `ln(E[exp(c z)]) / c`: filtered by log-sum-exp, no overflow for any `c`.
+    /// `ln(E[exp(c z)]) / c`, a depth: filtered by log-sum-exp, fits every format.
     Log,
 }
 
@@ -211,7 +211,8 @@ impl Settings {
     ///
     /// ESM stores `exp(c)` at most: c <= ln(max), 88.72 for floats and 11.09 for half floats,
     /// given as 88 and 11. EVSM warps depth to -1..=1 and stores `exp(2 c)`: half of that, given
-    /// as 44 and 5.54.
+    /// as 44 and 5.54. The log-space ESM stores depths in any format and is held to 700, where
+    /// sums in f64 still have room.
     #[must_use]
     pub fn max_exponent(&self) -> Option<f32> {
         let stored = match self.format {
@@ -222,6 +223,7 @@ impl Settings {
         match self.estimator {
             Estimator::Esm { space: EsmSpace::Linear } => stored.map(|(esm, _)| esm),
             Estimator::Evsm { .. } => stored.map(|(_, evsm)| evsm),
+            Estimator::Esm { space: EsmSpace::Log } => Some(700.0),
             _ => Some(f32::INFINITY),
         }
     }
