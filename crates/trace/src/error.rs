@@ -1,0 +1,92 @@
+//! Why a scene cannot be traced.
+
+/// What is wrong with a scene, naming the element and the limit.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TraceError {
+    /// An instance places a mesh that is not there.
+    #[error("instance {instance} places mesh {mesh}, but the scene has {meshes} meshes")]
+    InstanceMesh {
+        /// Index of the instance.
+        instance: usize,
+        /// The index it holds.
+        mesh: u32,
+        /// Number of meshes.
+        meshes: usize,
+    },
+    /// A mesh names a material that is not there.
+    #[error("mesh {mesh} has material {material}, but the scene has {materials} materials")]
+    MeshMaterial {
+        /// Index of the mesh.
+        mesh: usize,
+        /// The index it holds.
+        material: u32,
+        /// Number of materials.
+        materials: usize,
+    },
+    /// A triangle names a vertex that is not there.
+    #[error("mesh {mesh}, triangle {triangle}: vertex {vertex} of {vertices}")]
+    VertexIndex {
+        /// Index of the mesh.
+        mesh: usize,
+        /// Index of the triangle in it.
+        triangle: usize,
+        /// The index it holds.
+        vertex: u32,
+        /// Number of positions.
+        vertices: usize,
+    },
+    /// Texture coordinates are neither absent nor one a vertex.
+    #[error("mesh {mesh} has {uvs} texture coordinates for {vertices} vertices")]
+    UvCount {
+        /// Index of the mesh.
+        mesh: usize,
+        /// Number of texture coordinates.
+        uvs: usize,
+        /// Number of positions.
+        vertices: usize,
+    },
+    /// An alpha test names a texture that is not there.
+    #[error("material {material} tests texture {texture}, but the scene has {textures} textures")]
+    AlphaTexture {
+        /// Index of the material.
+        material: usize,
+        /// The index it holds.
+        texture: u32,
+        /// Number of textures.
+        textures: usize,
+    },
+    /// A texture's texels do not fill its size.
+    #[error("texture {texture} has {texels} texels for {width} x {height}")]
+    TexelCount {
+        /// Index of the texture.
+        texture: usize,
+        /// Number of texels.
+        texels: usize,
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// A corner in world space is infinite or not a number.
+    #[error("instance {instance}, triangle {triangle}: a corner is not finite")]
+    NonFinite {
+        /// Index of the instance.
+        instance: u32,
+        /// Index of the triangle in its mesh.
+        triangle: u32,
+    },
+    /// The scene is wider than `f64` arithmetic on it allows.
+    #[error("the scene is {extent_m:e} m wide; the limit is 1e300 m")]
+    TooLarge {
+        /// Longest side of the bounds, metres.
+        extent_m: f64,
+    },
+    /// More triangles than the tree can index.
+    #[error("{count} placed triangles; the limit is {limit}")]
+    TooMany {
+        /// Placed triangles.
+        count: usize,
+        /// The limit.
+        limit: usize,
+    },
+}

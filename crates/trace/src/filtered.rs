@@ -1,0 +1,140 @@
+//! The shadow signal that shadow-map filters approximate, and receivers as a shadow map sees them.
+
+use crate::sampling::{seed_of, stratified};
+use crate::surface::Surface;
+use crate::tracer::{Ray, Tracer};
+use dapple_scene::LightView;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// How much closer to the light than the receiver's plane an occluder must be to count, in
+/// normalised linear depth. Far below any depth bias, far above what f32 vertices leave of the
+/// flatness of a tessellated plane seen at a grazing angle.
+pub const PLANE_EPSILON: f64 = 1e-5;
+
+/// A receiver's tangent plane in map coordinates and linear depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneInMap {
+    /// Map coordinate of the point, 0..=1 inside the map.
+    pub u: f64,
+    /// Map coordinate of the point, downwards.
+    pub v: f64,
+    /// Linear depth of the point, 0..=1 between near and far.
+    pub z: f64,
+    /// Change of depth along the plane per unit of u: exact for parallel light, the derivative at
+    /// the point for a perspective one.
+    pub dz_du: f64,
+    /// The same per unit of v.
+    pub dz_dv: f64,
+    /// Cosine between the normal and the direction to the light, in (0, 1].
+    pub n_dot_l: f64,
+}
+
+/// The receiver as the map sees it, or `None` where it faces away from the light (n·l <= 0), lies
+/// behind a perspective light, or is not finite.
+pub fn receiver(view: &LightView, surface: &Surface) -> Option<PlaneInMap> {
+    let n = surface.normal;
+    let from_light = surface.position - view.origin;
+    let distance = from_light.dot(view.forward);
+    let travel = if view.perspective { from_light.try_normalize()? } else { view.forward };
+    let n_dot_l = -n.dot(travel);
+    let visible = n_dot_l > 0.0 && (!view.perspective || distance > 0.0);
+    if !visible {
+        return None;
+    }
+    let side = 2.0 * view.half_extent;
+    // Distance D along `forward` of the plane over the map. Parallel: n·(side (right du +
+    // down dv) + forward dD) = 0. Perspective: D = k / (n·q) with q the ray's direction of unit
+    // depth, so dD = -D (n·dq) / (n·q).
+    let (depth, n_dot_q) = if view.perspective {
+        (distance, n.dot(from_light) / distance)
+    } else {
+        (1.0, n.dot(view.forward))
+    };
+    let slope = -depth * side / n_dot_q / (view.far_m - view.near_m);
+    let at = view.project(surface.position);
+    let plane = PlaneInMap {
+        u: at.x,
+        v: at.y,
+        z: at.z,
+        dz_du: slope * n.dot(view.right),
+        dz_dv: slope * n.dot(view.down),
+        n_dot_l,
+    };
+    (at.is_finite() && plane.dz_du.is_finite() && plane.dz_dv.is_finite()).then_some(plane)
+}
+
+/// The box-filtered shadow of a receiver, 0 = shadowed, 1 = lit.
+///
+/// Average over the square window of side `width_uv` (map coordinates) around the receiver of
+/// whether the point of the receiver's *tangent plane* above the window's point is lit: no surface
+/// lies between the light's near plane and that point, closer than the point by more than
+/// [`PLANE_EPSILON`]. The receiver's own triangle is no occluder. A slanted plane therefore does
+/// not shadow itself, however wide the window. One random point in each cell of a `grid` × `grid`
+/// (0 counts as 1) raster of the window, from `seed`. The window is not cut at the map's border.
+///
+/// A receiver that [`receiver`] refuses (facing away) gives 0. Points of the window where a
+/// perspective light's ray never reaches the plane are left out; if there is no other, the result
+/// is 0.
+pub fn filtered_visibility(
+    tracer: &Tracer,
+    view: &LightView,
+    surface: &Surface,
+    width_uv: f64,
+    grid: u32,
+    seed: u64,
+) -> f64 {
+    let Some(plane) = receiver(view, surface) else {
+        return 0.0;
+    };
+    let (mut lit, mut counted) = (0_u64, 0_u64);
+    for (a, b) in stratified(grid.max(1), seed) {
+        let (u, v) = (plane.u + width_uv * (a - 0.5), plane.v + width_uv * (b - 0.5));
+        if let Some(is_lit) = plane_point_is_lit(tracer, view, surface, u, v) {
+            counted += 1;
+            lit += u64::from(is_lit);
+        }
+    }
+    if counted == 0 { 0.0 } else { lit as f64 / counted as f64 }
+}
+
+/// [`filtered_visibility`] of every receiver, in parallel, each with a seed of its own; 1 where
+/// there is no receiver.
+pub fn filtered_visibility_all(
+    tracer: &Tracer,
+    view: &LightView,
+    receivers: &[Option<Surface>],
+    width_uv: f64,
+    grid: u32,
+    seed: u64,
+) -> Vec<f64> {
+    let one = |(i, receiver): (usize, &Option<Surface>)| match receiver {
+        Some(s) => filtered_visibility(tracer, view, s, width_uv, grid, seed_of(seed, i)),
+        None => 1.0,
+    };
+    receivers.par_iter().enumerate().map(one).collect()
+}
+
+fn plane_point_is_lit(
+    tracer: &Tracer,
+    view: &LightView,
+    surface: &Surface,
+    u: f64,
+    v: f64,
+) -> Option<bool> {
+    let (origin, direction): (DVec3, DVec3) = view.ray(u, v);
+    let closing = -surface.normal.dot(direction);
+    let z = surface.normal.dot(origin - surface.position) / closing;
+    let reached = if view.perspective {
+        // In front of the light, where the ray still falls onto the lit side.
+        let light_z = -view.near_m / (view.far_m - view.near_m);
+        closing > 0.0 && z > light_z
+    } else {
+        true
+    };
+    if !(reached && z.is_finite()) {
+        return None;
+    }
+    let ray = Ray { origin, direction, t_min: 0.0, t_max: z - PLANE_EPSILON };
+    Some(!tracer.any_except(&ray, Some(surface.triangle)))
+}

@@ -1,0 +1,152 @@
+//! Whether and where a ray meets a triangle, without gaps along shared edges.
+//!
+//! Based on: S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", Journal of
+//! Computer Graphics Techniques 2(1), 2013, sections 3.1 to 3.3 and the listing of appendix A.
+//!
+//! Deviations: all arithmetic is f64 instead of f32 with an f64 fallback for zero edge functions:
+//! rounding is monotonic, so a computed edge function is zero or has the sign of the exact one, and
+//! zero counts as inside. Two-sided, so the winding-preserving swap of kx and ky is left out.
+
+/// A triangle's corners.
+pub type Corners = [[f64; 3]; 3];
+
+/// Where a ray crosses a triangle's plane inside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Distance in units of the ray's direction.
+    pub t: f64,
+    /// Weight of the second corner.
+    pub u: f64,
+    /// Weight of the third corner.
+    pub v: f64,
+}
+
+/// A ray with the shear that maps its direction onto one axis.
+#[derive(Clone, Copy, Debug)]
+pub struct ShearedRay {
+    origin: [f64; 3],
+    // kz of the paper: the longest component of the direction.
+    axis: u8,
+    shear_x: f64,
+    shear_y: f64,
+    inverse_z: f64,
+}
+
+impl ShearedRay {
+    /// `direction` is finite and not zero.
+    pub fn new(origin: [f64; 3], direction: [f64; 3]) -> Self {
+        let size = direction.map(f64::abs);
+        let kz = if size[0] >= size[1] && size[0] >= size[2] {
+            0
+        } else if size[1] >= size[2] {
+            1
+        } else {
+            2
+        };
+        let z = direction[kz];
+        Self {
+            origin,
+            axis: kz as u8,
+            shear_x: direction[(kz + 1) % 3] / z,
+            shear_y: direction[(kz + 2) % 3] / z,
+            inverse_z: 1.0 / z,
+        }
+    }
+
+    /// The crossing at any distance, before or behind the origin.
+    #[inline(always)]
+    pub fn cross(&self, corners: &Corners) -> Option<Crossing> {
+        match self.axis {
+            0 => self.cross_along::<0, 1, 2>(corners),
+            1 => self.cross_along::<1, 2, 0>(corners),
+            _ => self.cross_along::<2, 0, 1>(corners),
+        }
+    }
+
+    // A vertex is sheared by itself, so both triangles of an edge see the same two points, and
+    // their edge functions are exact negatives. That needs unfused multiplications: no mul_add.
+    #[inline(always)]
+    fn cross_along<const Z: usize, const X: usize, const Y: usize>(
+        &self,
+        corners: &Corners,
+    ) -> Option<Crossing> {
+        let sheared = |p: &[f64; 3]| {
+            let z = p[Z] - self.origin[Z];
+            let x = (p[X] - self.origin[X]) - self.shear_x * z;
+            let y = (p[Y] - self.origin[Y]) - self.shear_y * z;
+            (x, y, z)
+        };
+        let (ax, ay, az) = sheared(&corners[0]);
+        let (bx, by, bz) = sheared(&corners[1]);
+        let (cx, cy, cz) = sheared(&corners[2]);
+        let u = cx * by - cy * bx;
+        let v = ax * cy - ay * cx;
+        let w = bx * ay - by * ax;
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let determinant = u + v + w;
+        if determinant == 0.0 {
+            return None;
+        }
+        let inverse = 1.0 / determinant;
+        let t = (u * az + v * bz + w * cz) * inverse * self.inverse_z;
+        Some(Crossing { t, u: v * inverse, v: w * inverse })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNIT: Corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+    #[test]
+    fn crossing_of_the_unit_triangle_by_hand() {
+        let ray = ShearedRay::new([0.25, 0.5, 3.0], [0.0, 0.0, -2.0]);
+        let hit = ray.cross(&UNIT).unwrap();
+        assert_eq!((hit.t, hit.u, hit.v), (1.5, 0.25, 0.5));
+        // The other side and the other winding are hit as well.
+        let back = ShearedRay::new([0.25, 0.5, -3.0], [0.0, 0.0, 2.0]);
+        assert_eq!(back.cross(&UNIT).unwrap().t, 1.5);
+        let flipped = [UNIT[0], UNIT[2], UNIT[1]];
+        let hit = ray.cross(&flipped).unwrap();
+        assert_eq!((hit.t, hit.u, hit.v), (1.5, 0.5, 0.25));
+    }
+
+    #[test]
+    fn the_same_for_every_axis() {
+        for k in 0..3 {
+            let turn = |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| p[(i + k) % 3]) };
+            let ray = ShearedRay::new(turn([0.1, 0.2, 1.0]), turn([0.1, 0.2, -1.0]));
+            let hit = ray.cross(&UNIT.map(turn)).unwrap();
+            assert!((hit.t - 1.0).abs() < 1e-15, "axis {k}");
+            assert!((hit.u - 0.2).abs() < 1e-15 && (hit.v - 0.4).abs() < 1e-15, "axis {k}");
+        }
+    }
+
+    #[test]
+    fn edges_and_corners_count_and_the_outside_does_not() {
+        for (x, y, inside) in [
+            (0.0, 0.0, true),
+            (1.0, 0.0, true),
+            (0.0, 1.0, true),
+            (0.5, 0.5, true),
+            (0.5, 0.0, true),
+            (0.5, -1e-15, false),
+            (0.5, 0.5000001, false),
+        ] {
+            let ray = ShearedRay::new([x, y, 1.0], [0.0, 0.0, -1.0]);
+            assert_eq!(ray.cross(&UNIT).is_some(), inside, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn edge_on_and_degenerate_triangles_are_missed() {
+        let along = ShearedRay::new([-1.0, 0.25, 0.0], [1.0, 0.0, 0.0]);
+        assert_eq!(along.cross(&UNIT), None);
+        let point = ShearedRay::new([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]);
+        assert_eq!(point.cross(&[[0.0; 3]; 3]), None);
+        assert_eq!(point.cross(&[[f64::NAN; 3]; 3]).filter(|hit| hit.t >= 0.0), None);
+    }
+}
