@@ -1,7 +1,7 @@
 // A plain copy, 16 bytes an invocation: the yardstick for the bandwidth of other kernels.
 #import common/index.wgsl
 
-@group(0) @binding(0) var<storage, read_write> source: array<vec4<u32>>;
+@group(0) @binding(0) var<storage, read> source: array<vec4<u32>>;
 @group(0) @binding(1) var<storage, read_write> target_: array<vec4<u32>>;
 
 @compute @workgroup_size(256)

@@ -7,7 +7,11 @@ use crate::ShaderError;
 /// What our shaders may use beyond plain WGSL. Every member must also be a feature that
 /// `dapple-gpu` asks its device for.
 fn capabilities() -> Capabilities {
-    Capabilities::default() | Capabilities::SHADER_FLOAT16 | Capabilities::SUBGROUP
+    Capabilities::default()
+        | Capabilities::SHADER_FLOAT16
+        // pack2x16float and unpack2x16float; every backend but the oldest GL has them.
+        | Capabilities::SHADER_FLOAT16_IN_FLOAT32
+        | Capabilities::SUBGROUP
 }
 
 /// Size and field offsets of one WGSL struct, in bytes.
