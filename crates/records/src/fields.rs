@@ -171,7 +171,7 @@ fn as_count(key: &str, value: &Value) -> Result<u64, RecordError> {
         return Ok(count);
     }
     match value.as_f64() {
-        Some(v) if v >= 0.0 && v < 9_007_199_254_740_992.0 && v.fract() == 0.0 => Ok(v as u64),
+        Some(v) if (0.0..9_007_199_254_740_992.0).contains(&v) && v.fract() == 0.0 => Ok(v as u64),
         _ => Err(type_error(key, "a count")),
     }
 }

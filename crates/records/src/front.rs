@@ -208,3 +208,159 @@ fn mark(points: &mut [Point]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::fixtures::{config, row};
+
+    fn timed(n: u64, ns: u64, rmse: f64) -> Row {
+        let mut row = row(n);
+        row.samples_ns = vec![vec![ns]];
+        row.errors.insert("rmse".into(), rmse);
+        row
+    }
+
+    fn only(rows: &[Row]) -> Front {
+        let mut fronts = front(&rows.iter().collect::<Vec<_>>(), "rmse", "gpu").fronts;
+        assert_eq!(fronts.len(), 1);
+        fronts.remove(0)
+    }
+
+    #[test]
+    fn a_front_by_hand() {
+        let rows = [
+            timed(0, 40, 0.05), // on
+            timed(1, 10, 0.30), // on
+            timed(2, 20, 0.10), // on
+            timed(3, 30, 0.20), // dominated by row 2
+            timed(4, 20, 0.10), // equal to row 2: on
+            timed(5, 20, 0.15), // as fast as row 2, worse
+            timed(6, 50, 0.05), // as good as row 0, slower
+        ];
+        let front = only(&rows);
+        let seen: Vec<(usize, Option<usize>)> = front
+            .points
+            .iter()
+            .map(|p| {
+                assert_eq!(p.on_front, p.dominated_by.is_none());
+                (p.index, p.dominated_by.map(|d| front.points[d].index))
+            })
+            .collect();
+        let expected =
+            [(1, None), (2, None), (4, None), (5, Some(2)), (3, Some(2)), (0, None), (6, Some(0))];
+        assert_eq!(seen, expected);
+    }
+
+    #[test]
+    fn what_failed_or_broke_a_constraint_is_listed_and_never_on_the_front() {
+        let mut rows: Vec<Row> = (0..6).map(|n| timed(n, 10 - n, 0.1)).collect();
+        rows[1].status = Status::Failed { stage: "port".into(), reason: "off".into() };
+        rows[2].status = Status::NotRun { reason: "no adapter".into() };
+        rows[3].counters.insert("false_culls".into(), 1);
+        rows[4].clock = "wall".into();
+        rows[5].errors.clear();
+        for n in [0, 1, 2, 4, 5] {
+            rows[n].counters.insert("false_culls".into(), 0);
+        }
+        let refs: Vec<&Row> = rows.iter().collect();
+        let none = Constraint { name: "false_culls".into(), at_most: 0.0 };
+        let fronts = constrained(&refs, "rmse", "gpu", std::slice::from_ref(&none)).fronts;
+        let points: Vec<usize> = fronts[0].points.iter().map(|p| p.index).collect();
+        assert_eq!(points, [0]);
+        let reasons: Vec<&str> = fronts[0].excluded.iter().map(|e| e.reason.as_str()).collect();
+        assert_eq!(
+            reasons,
+            [
+                "failed at port: off",
+                "not run: no adapter",
+                "constraint false_culls is 1, above 0",
+                "timed by the clock \"wall\", not \"gpu\"",
+                "rmse was not measured",
+            ]
+        );
+        // The control: without the constraint the wrong result would win.
+        let free = front(&refs, "rmse", "gpu");
+        assert!(free.fronts[0].points.iter().any(|p| p.index == 3 && p.on_front));
+        // A constraint that was not measured, or is NaN, is not met.
+        rows[0].counters.clear();
+        let refs: Vec<&Row> = rows.iter().collect();
+        assert!(constrained(&refs, "rmse", "gpu", &[none]).fronts[0].points.is_empty());
+        rows[0].errors.insert("leak".into(), f64::NAN);
+        let leak = Constraint { name: "leak".into(), at_most: 1.0 };
+        let found = constrained(&[&rows[0]], "rmse", "gpu", &[leak]);
+        assert_eq!(found.fronts[0].excluded[0].reason, "constraint leak is NaN, above 1");
+    }
+
+    #[test]
+    fn machines_adapters_and_scenes_are_never_ranked_against_each_other() {
+        let rows = [
+            timed(0, 10, 0.1),
+            Row { machine: "other".into(), ..timed(1, 20, 0.2) },
+            Row { adapter: "other".into(), ..timed(2, 20, 0.2) },
+            Row { scene_hash: "other".into(), ..timed(3, 20, 0.2) },
+            Row { case: "other".into(), ..timed(4, 20, 0.2) },
+            Row { truth: "other".into(), ..timed(5, 20, 0.2) },
+        ];
+        let fronts = front(&rows.iter().collect::<Vec<_>>(), "rmse", "gpu").fronts;
+        assert_eq!(fronts.len(), rows.len());
+        assert!(fronts.iter().all(|f| f.points.len() == 1 && f.points[0].on_front));
+    }
+
+    #[test]
+    fn the_latest_measurement_of_a_row_counts_even_a_failure() {
+        let old = Row { time: "2025".into(), ..timed(0, 10, 0.1) };
+        let new = Row { time: "2026".into(), ..timed(0, 20, 0.1) };
+        let failed = Row {
+            time: "2027".into(),
+            status: Status::NotRun { reason: "x".into() },
+            ..old.clone()
+        };
+        let fronts = front(&[&new, &old], "rmse", "gpu");
+        assert_eq!((fronts.superseded, fronts.fronts[0].points[0].time_ns), (1, 20.0));
+        let fronts = front(&[&failed, &new, &old], "rmse", "gpu");
+        assert_eq!(fronts.superseded, 2);
+        assert!(fronts.fronts[0].points.is_empty() && fronts.fronts[0].excluded.len() == 1);
+    }
+
+    #[test]
+    fn counters_serve_as_the_axis_and_no_rows_give_no_front() {
+        let fronts = front(&[&row(0)], "texels", "gpu");
+        assert_eq!(fronts.fronts[0].points[0].error, u64::MAX as f64);
+        assert_eq!(front(&[], "rmse", "gpu"), Fronts::default());
+    }
+
+    proptest! {
+        #![proptest_config(config())]
+
+        #[test]
+        fn the_front_is_what_nothing_dominates(
+            values in prop::collection::vec((1..8_u64, 0..8_u8), 1..40),
+        ) {
+            let rows: Vec<Row> = values
+                .iter()
+                .enumerate()
+                .map(|(n, v)| timed(n as u64, v.0, f64::from(v.1)))
+                .collect();
+            let front = only(&rows);
+            prop_assert_eq!(front.points.len(), values.len());
+            let dominates = |a: &Point, b: &Point| {
+                a.time_ns <= b.time_ns
+                    && a.error <= b.error
+                    && (a.time_ns < b.time_ns || a.error < b.error)
+            };
+            for point in &front.points {
+                let dominated = front.points.iter().any(|other| dominates(other, point));
+                prop_assert_eq!(point.on_front, !dominated);
+                if let Some(by) = point.dominated_by {
+                    let by = &front.points[by];
+                    prop_assert!(by.on_front && dominates(by, point));
+                    let least = front.points.iter().filter(|p| p.on_front && dominates(p, point));
+                    prop_assert!(least.into_iter().all(|p| p.error >= by.error));
+                }
+            }
+        }
+    }
+}

@@ -11,6 +11,8 @@
 
 pub mod error;
 mod fields;
+#[cfg(test)]
+mod fixtures;
 pub mod front;
 pub mod line;
 pub mod read;
@@ -25,6 +27,7 @@ pub use line::{Line, RunEnd, RunHeader};
 pub use read::{Read, Skipped, read_dir, read_file, unfinished};
 pub use row::{Row, Status};
 pub use serde_json::Value;
+pub use time::now;
 pub use validate::validate;
 pub use write::{Writer, new_run_id};
 

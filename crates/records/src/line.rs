@@ -8,7 +8,7 @@ use crate::row::Row;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Line {
     /// `"kind": "run"`: the first line of a file.
-    Header(RunHeader),
+    Header(Box<RunHeader>),
     /// `"kind": "row"`.
     Row(Box<Row>),
     /// `"kind": "end"`: the last line of a complete run.
@@ -117,7 +117,7 @@ impl Line {
             return Err(RecordError::LaterSchema { found: schema, latest: crate::SCHEMA });
         }
         match kind.as_str() {
-            "run" => Ok(Self::Header(RunHeader {
+            "run" => Ok(Self::Header(Box::new(RunHeader {
                 run: f.required("run")?,
                 sweep: f.required("sweep")?,
                 sweep_hash: f.required("sweep_hash")?,
@@ -133,7 +133,7 @@ impl Line {
                 threads: f.count32("threads")?,
                 memory_bytes: f.count("memory_bytes")?,
                 adapters: f.texts("adapters")?,
-            })),
+            }))),
             "row" => Ok(Self::Row(Box::new(Row::from_fields(&mut f)?))),
             "end" => Ok(Self::End(RunEnd {
                 run: f.required("run")?,

@@ -101,18 +101,20 @@ impl Read {
             if line.iter().all(u8::is_ascii_whitespace) {
                 continue;
             }
-            let mut skip = |reason: String| {
-                self.skipped.push(Skipped { path: path.to_path_buf(), line: index + 1, reason });
-            };
             match Line::parse(line) {
                 Ok(line) => self.keep(line),
                 Err(error) => {
-                    skip(error.to_string());
-                    for part in later_starts(line) {
-                        if let Ok(line) = Line::parse(part) {
-                            self.keep(line);
-                        }
-                    }
+                    let whole: Vec<Line> = later_starts(line)
+                        .into_iter()
+                        .filter_map(|p| Line::parse(p).ok())
+                        .collect();
+                    let kept = match whole.len() {
+                        0 => String::new(),
+                        count => format!("; kept {count} whole inside it"),
+                    };
+                    let (path, reason) = (path.to_path_buf(), format!("{error}{kept}"));
+                    self.skipped.push(Skipped { path, line: index + 1, reason });
+                    whole.into_iter().for_each(|line| self.keep(line));
                 }
             }
         }
@@ -120,7 +122,7 @@ impl Read {
 
     fn keep(&mut self, line: Line) {
         match line {
-            Line::Header(header) => self.headers.push(header),
+            Line::Header(header) => self.headers.push(*header),
             Line::Row(row) => self.rows.push(*row),
             Line::End(end) => {
                 self.ended.insert(end.run);
@@ -145,4 +147,189 @@ fn last_wins<T, K: Ord>(items: Vec<T>, key: impl Fn(&T) -> K) -> Vec<T> {
     let last: BTreeMap<K, usize> = items.iter().enumerate().map(|(i, x)| (key(x), i)).collect();
     let keep: BTreeSet<usize> = last.into_values().collect();
     items.into_iter().enumerate().filter(|(i, _)| keep.contains(i)).map(|(_, x)| x).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::fixtures::{config, header, row};
+
+    const ROWS: usize = 6;
+
+    fn parse(bytes: &[u8]) -> Read {
+        let mut read = Read::default();
+        read.add(Path::new("test.jsonl"), bytes);
+        read.last_wins();
+        read
+    }
+
+    fn rows(run: &str) -> Vec<Row> {
+        (0..ROWS).map(|i| Row { run: run.to_owned(), ..row(i as u64) }).collect()
+    }
+
+    fn file(run: &str) -> Vec<u8> {
+        let mut lines = vec![header(run).to_line()];
+        lines.extend(rows(run).iter().map(Row::to_line));
+        (lines.join("\n") + "\n").into_bytes()
+    }
+
+    #[test]
+    fn a_whole_file_is_read_whole() {
+        let read = parse(&file("a"));
+        assert_eq!(read.headers, [header("a")]);
+        assert_eq!(read.rows, rows("a"));
+        assert!(read.skipped.is_empty() && read.ended.is_empty());
+    }
+
+    #[test]
+    fn bad_lines_are_skipped_with_their_place_and_reason() {
+        let good = row(0).to_line();
+        let later = good.replace(r#""schema":1"#, r#""schema":2"#);
+        let typed = good.replace(r#""threads":2"#, r#""threads":"two""#);
+        let named = good.replace(r#""technique":"#, r#""technik":"#);
+        let kind = good.replace(r#"{"kind":"row""#, r#"{"kind":"rows""#);
+        assert!([&later, &typed, &named, &kind].iter().all(|line| **line != good));
+        let cases: [(&[u8], &str); 9] = [
+            (later.as_bytes(), "schema 2 is later than 1"),
+            (typed.as_bytes(), "\"threads\" is not a count"),
+            (named.as_bytes(), "\"technique\" is missing"),
+            (kind.as_bytes(), "unknown kind of line \"rows\""),
+            (br#"{"a":1}"#, "\"kind\" is missing"),
+            (br#"{"kind":"row"}"#, "\"schema\" is missing"),
+            (b"warning: something", "not a JSON object"),
+            (b"[1, 2]", "found a list"),
+            (b"\xff\xfe\x00", "not a JSON object"),
+        ];
+        for (bad, reason) in cases {
+            let text = [bad, b"\n\n", good.as_bytes()].concat();
+            let read = parse(&text);
+            assert_eq!(read.rows, [row(0)], "{reason}");
+            assert_eq!(read.skipped.len(), 1, "{reason}");
+            assert_eq!(read.skipped[0].line, 1);
+            assert!(read.skipped[0].reason.contains(reason), "{}", read.skipped[0].reason);
+        }
+    }
+
+    #[test]
+    fn unknown_keys_are_ignored_and_optional_keys_may_be_absent() {
+        let line = row(0).to_line().replacen('{', r#"{"kind":"row","colour":["new"],"#, 1);
+        assert_eq!(Row::from_line(&line).unwrap(), row(0));
+        let least = concat!(
+            r#"{"kind":"row","schema":1,"run":"r","row":"i","problem":"p","technique":"t","#,
+            r#""form":"cpu","case":"c","status":"ok"}"#
+        );
+        assert_eq!(Row::from_line(least).unwrap().memory_bytes, 0);
+    }
+
+    #[test]
+    fn the_last_of_equal_rows_wins_within_its_run_only() {
+        let first = Row { memory_bytes: 1, ..row(0) };
+        let second = Row { memory_bytes: 2, ..row(0) };
+        let other = Row { run: "other".into(), memory_bytes: 3, ..row(0) };
+        let text = [&first, &row(1), &other, &second].map(Row::to_line).join("\n");
+        assert_eq!(parse(text.as_bytes()).rows, [row(1), other, second]);
+    }
+
+    #[test]
+    fn a_lost_line_feed_loses_nothing() {
+        let text = row(0).to_line() + &row(1).to_line() + "\r\n";
+        let read = parse(text.as_bytes());
+        assert_eq!(read.rows, [row(0), row(1)]);
+        assert!(read.skipped[0].reason.ends_with("; kept 2 whole inside it"));
+    }
+
+    #[test]
+    fn zeros_left_by_a_power_cut_lose_only_their_line() {
+        let text = [&[0; 4096], row(0).to_line().as_bytes(), b"\n"].concat();
+        assert_eq!(parse(&text).rows, [row(0)]);
+    }
+
+    #[test]
+    fn directories_are_read_in_order_and_other_files_left_alone() {
+        let dir = tempfile::tempdir().unwrap();
+        let newer = Row { memory_bytes: 9, ..row(0) };
+        fs::write(dir.path().join("2.jsonl"), newer.to_line()).unwrap();
+        fs::write(dir.path().join("1.jsonl"), row(0).to_line() + "\nnoise").unwrap();
+        fs::write(dir.path().join("3.json"), row(1).to_line()).unwrap();
+        fs::create_dir(dir.path().join("4.jsonl")).unwrap();
+        let read = read_dir(dir.path()).unwrap();
+        assert_eq!(read.rows, [newer]);
+        assert_eq!(read.skipped.len(), 1);
+        assert_eq!(
+            (read.skipped[0].path.as_path(), read.skipped[0].line),
+            (dir.path().join("1.jsonl").as_path(), 2)
+        );
+        let missing = dir.path().join("missing");
+        let error = read_dir(&missing).unwrap_err().to_string();
+        assert!(error.contains(&missing.display().to_string()), "{error}");
+    }
+
+    proptest! {
+        #![proptest_config(config())]
+
+        #[test]
+        fn corruption_loses_at_most_the_touched_lines(
+            hits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
+        ) {
+            let clean = file("a");
+            let line_of = |at: usize| clean[..at].iter().filter(|&&b| b == b'\n').count();
+            let mut damaged = clean.clone();
+            let mut touched = BTreeSet::new();
+            for (index, byte) in hits {
+                let at = index.index(clean.len());
+                damaged[at] = byte;
+                touched.insert(line_of(at));
+                if clean[at] == b'\n' {
+                    touched.insert(line_of(at) + 1);
+                }
+            }
+            let read = parse(&damaged);
+            // Line 0 is the header, line i + 1 row i.
+            for (i, row) in rows("a").iter().enumerate() {
+                prop_assert!(touched.contains(&(i + 1)) || read.rows.contains(row), "row {}", i);
+            }
+            prop_assert!(touched.contains(&0) || read.headers == [header("a")]);
+        }
+
+        #[test]
+        fn a_torn_file_keeps_every_whole_line_also_with_another_behind_it(
+            cut in any::<prop::sample::Index>(),
+        ) {
+            let clean = file("a");
+            let cut = cut.index(clean.len());
+            let whole = clean[..cut].iter().filter(|&&b| b == b'\n').count();
+            let torn = parse(&clean[..cut]);
+            prop_assert!(torn.rows.len() >= whole.saturating_sub(1) && torn.skipped.len() <= 1);
+            prop_assert_eq!(&torn.rows[..], &rows("a")[..torn.rows.len()]);
+
+            let both = parse(&[&clean[..cut], &file("b")[..]].concat());
+            let mut expected = torn.rows;
+            expected.extend(rows("b"));
+            prop_assert_eq!(both.rows, expected);
+            prop_assert_eq!(both.headers.last(), Some(&header("b")));
+        }
+
+        #[test]
+        fn foreign_lines_between_ours_lose_nothing(
+            noise in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..40), ROWS),
+        ) {
+            let mut text = Vec::new();
+            for (row, noise) in rows("a").iter().zip(&noise) {
+                text.extend(noise.iter().filter(|&&b| b != b'\n'));
+                text.push(b'\n');
+                text.extend(row.to_line().into_bytes());
+                text.push(b'\n');
+            }
+            let read = parse(&text);
+            prop_assert_eq!(read.rows, rows("a"));
+            prop_assert!(read.skipped.len() <= ROWS);
+        }
+
+        #[test]
+        fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+            prop_assert!(parse(&bytes).rows.is_empty());
+        }
+    }
 }

@@ -324,3 +324,183 @@ fn median(values: &mut [f64]) -> Option<f64> {
     let lower = *values.get((values.len() / 2).checked_sub(1)?)?;
     Some(lower + (upper - lower) / 2.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::fixtures::{config, row};
+
+    #[test]
+    fn keys_carry_their_units_and_maps_are_flat() {
+        let value: Value = serde_json::from_str(&row(7).to_line()).unwrap();
+        assert_eq!(value["kind"], "row");
+        assert_eq!(value["schema"], 1);
+        assert_eq!(value["knob.resolution"], 7);
+        assert_eq!(value["error.rmse"], 0.1);
+        assert_eq!(value["port.max_abs"], 1e-7);
+        assert_eq!(value["counter.texels"], u64::MAX);
+        assert_eq!(value["pass.filter-x_ns"], 60);
+        assert_eq!(value["memory_bytes"], 1_u64 << 40);
+        assert_eq!(value["samples_ns"], serde_json::json!([[107, 200], [300]]));
+        let flat = value.as_object().unwrap().values().all(|v| !v.is_object());
+        assert!(flat);
+    }
+
+    #[test]
+    fn summaries_are_hand_computed() {
+        let timed = |samples_ns| Row { samples_ns, ..Row::default() };
+        // Repeats' medians 2, 5, 20; deviations from 5: 3, 0, 15.
+        let path = timed(vec![vec![3, 1, 2], vec![4, 6], vec![20]]);
+        assert_eq!((path.median_ns(), path.mad_ns()), (Some(5.0), Some(3.0)));
+        assert_eq!(path.p99_ns(), Some(20.0), "fewer than 100 samples: the greatest");
+        assert_eq!(timed(vec![(1..=200).rev().collect()]).p99_ns(), Some(198.0));
+        assert_eq!(timed(vec![(1..=100).collect()]).p99_ns(), Some(99.0));
+        for none in [vec![], vec![vec![]]] {
+            let row = timed(none);
+            assert_eq!((row.median_ns(), row.mad_ns(), row.p99_ns()), (None, None, None));
+        }
+        assert_eq!(timed(vec![vec![u64::MAX; 2]]).median_ns(), Some(u64::MAX as f64));
+    }
+
+    #[test]
+    fn identity_covers_what_was_measured_and_nothing_else() {
+        type Change = fn(&mut Row);
+        let inside: [Change; 13] = [
+            |r| r.problem.push('x'),
+            |r| r.technique.push('x'),
+            |r| r.variant.push('x'),
+            |r| r.form.push('x'),
+            |r| drop(r.knobs.insert("bias".into(), 0.003.into())),
+            |r| drop(r.knobs.remove("bias")),
+            |r| r.case.push('x'),
+            |r| r.scene_hash.push('x'),
+            |r| r.view.push('x'),
+            |r| r.size.push('x'),
+            |r| r.adapter.push('x'),
+            |r| r.threads += 1,
+            |r| r.truth.push('x'),
+        ];
+        let outside: [Change; 8] = [
+            |r| r.run.push('x'),
+            |r| r.group.push('x'),
+            |r| r.time.push('x'),
+            |r| r.revision.push('x'),
+            |r| r.driver.push('x'),
+            |r| r.machine.push('x'),
+            |r| r.status = Status::NotRun { reason: "x".into() },
+            |r| r.samples_ns.clear(),
+        ];
+        let base = row(0).identity();
+        assert_eq!(base.len(), 16);
+        let changed = |change: &Change| {
+            let mut row = row(0);
+            change(&mut row);
+            row.identity()
+        };
+        let mut seen: Vec<String> = inside.iter().map(changed).collect();
+        seen.push(base.clone());
+        seen.sort();
+        seen.dedup();
+        assert_eq!(seen.len(), inside.len() + 1);
+        assert!(outside.iter().all(|change| changed(change) == base));
+    }
+
+    #[test]
+    fn identity_keeps_fields_apart_and_numbers_together() {
+        let of = |problem: &str, technique: &str, knob: Value| {
+            let knobs = BTreeMap::from([("k".to_owned(), knob)]);
+            Row { problem: problem.into(), technique: technique.into(), knobs, ..Row::default() }
+                .identity()
+        };
+        assert_ne!(of("ab", "c", 1.into()), of("a", "bc", 1.into()));
+        assert_eq!(of("a", "b", 1.into()), of("a", "b", 1.0.into()));
+        assert_eq!(of("a", "b", 0.into()), of("a", "b", (-0.0).into()));
+        assert_ne!(of("a", "b", 1.into()), of("a", "b", "1".into()), "text is no number");
+        assert_ne!(of("a", "b", 1.into()), of("a", "b", 1.5.into()));
+        assert_ne!(of("a", "b", u64::MAX.into()), of("a", "b", (u64::MAX - 1).into()));
+    }
+
+    #[test]
+    fn what_is_not_finite_becomes_null_and_reads_as_nan() {
+        let mut row = row(0);
+        row.errors.insert("psnr".into(), f64::INFINITY);
+        let line = row.to_line();
+        assert!(line.contains(r#""error.psnr":null"#));
+        assert!(Row::from_line(&line).unwrap().errors["psnr"].is_nan());
+    }
+
+    #[test]
+    fn other_tools_may_write_counts_as_floats_but_not_fractions() {
+        let line = row(0).to_line();
+        let float = line.replace(r#""pass.filter-x_ns":60"#, r#""pass.filter-x_ns":60.0"#);
+        assert_ne!(line, float);
+        assert_eq!(Row::from_line(&float).unwrap(), row(0));
+        for bad in ["60.5", "-60", "1e300", "\"60\"", "null"] {
+            let line = line.replace(r#"_ns":60"#, &format!(r#"_ns":{bad}"#));
+            assert!(Row::from_line(&line).is_err(), "{bad}");
+        }
+    }
+
+    fn text() -> impl Strategy<Value = String> {
+        prop::collection::vec(any::<char>(), 1..8).prop_map(|c| c.into_iter().collect())
+    }
+
+    fn number() -> impl Strategy<Value = f64> {
+        use prop::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
+        NORMAL | SUBNORMAL | ZERO | POSITIVE | NEGATIVE
+    }
+
+    fn knob() -> impl Strategy<Value = Value> {
+        prop_oneof![
+            any::<i64>().prop_map(Value::from),
+            number().prop_map(Value::from),
+            any::<bool>().prop_map(Value::from),
+            text().prop_map(Value::from),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(config())]
+
+        #[test]
+        fn lines_read_back_bit_for_bit(
+            texts in prop::collection::vec(text(), 6),
+            knobs in prop::collection::btree_map(text(), knob(), 0..5),
+            errors in prop::collection::btree_map(text(), number(), 0..5),
+            counters in prop::collection::btree_map(text(), any::<u64>(), 0..5),
+            samples_ns in prop::collection::vec(prop::collection::vec(any::<u64>(), 0..5), 0..4),
+            status in 0..3,
+        ) {
+            let [problem, technique, case, view, stage, reason] = &texts[..] else {
+                return Err(TestCaseError::fail("six texts"));
+            };
+            let row = Row {
+                problem: problem.clone(),
+                technique: technique.clone(),
+                case: case.clone(),
+                view: view.clone(),
+                status: match status {
+                    0 => Status::Ok,
+                    1 => Status::Failed { stage: stage.clone(), reason: reason.clone() },
+                    _ => Status::NotRun { reason: reason.clone() },
+                },
+                knobs,
+                ratio: errors.values().next().copied(),
+                port_errors: errors.clone(),
+                errors,
+                passes_ns: counters.clone(),
+                counters,
+                samples_ns,
+                ..row(1)
+            }
+            .identified();
+            let line = row.to_line();
+            prop_assert!(!line.contains('\n'));
+            let read = Row::from_line(&line)?;
+            prop_assert_eq!(read.identity(), row.identity());
+            prop_assert_eq!(read, row);
+        }
+    }
+}

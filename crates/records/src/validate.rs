@@ -131,3 +131,100 @@ fn one_of(name: &str, text: &str, allowed: &[&str]) -> Result<(), String> {
 fn names<'a>(kind: &str, mut names: impl Iterator<Item = &'a String>) -> Result<(), String> {
     if names.any(String::is_empty) { Err(format!("a {kind} has no name")) } else { Ok(()) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::row;
+
+    fn reason(change: impl FnOnce(&mut Row)) -> String {
+        let mut row = row(0);
+        change(&mut row);
+        row.row = row.identity();
+        validate(&row).unwrap_err().to_string()
+    }
+
+    fn untimed(row: &mut Row) {
+        row.samples_ns.clear();
+        row.passes_ns.clear();
+        row.ratio = None;
+    }
+
+    #[test]
+    fn good_rows_pass() {
+        validate(&row(0)).unwrap();
+        for (form, status) in [
+            ("reference", Status::Ok),
+            ("cpu", Status::Failed { stage: "port".into(), reason: "off by one".into() }),
+            ("gpu", Status::NotRun { reason: "no adapter".into() }),
+        ] {
+            let mut row = Row { form: form.into(), status, clock: "none".into(), ..row(0) };
+            untimed(&mut row);
+            validate(&row.identified()).unwrap();
+        }
+    }
+
+    #[test]
+    fn time_is_never_without_error_nor_error_without_time() {
+        assert!(reason(|r| r.errors.clear()).contains("without an error"));
+        assert!(reason(untimed).contains("without samples"));
+        assert!(reason(|r| r.samples_ns.push(vec![])).contains("repeat 2 has no samples"));
+        assert!(reason(|r| r.samples_ns = vec![vec![0, 0]]).contains("0 ns"));
+        assert!(reason(|r| r.clock = "none".into()).contains("has times"));
+        let failed = Status::Failed { stage: "port".into(), reason: "x".into() };
+        assert!(reason(|r| r.status = failed).contains("has times"));
+        assert!(reason(|r| r.form = "reference".into()).contains("never timed"));
+    }
+
+    #[test]
+    fn each_rule_is_enforced_and_named() {
+        type Field = fn(&mut Row) -> &mut String;
+        let empty: [(&str, Field); 10] = [
+            ("run", |r| &mut r.run),
+            ("problem", |r| &mut r.problem),
+            ("technique", |r| &mut r.technique),
+            ("case", |r| &mut r.case),
+            ("time", |r| &mut r.time),
+            ("scene_hash", |r| &mut r.scene_hash),
+            ("size", |r| &mut r.size),
+            ("adapter", |r| &mut r.adapter),
+            ("machine", |r| &mut r.machine),
+            ("revision", |r| &mut r.revision),
+        ];
+        for (name, field) in empty {
+            let reason = reason(|r| field(r).clear());
+            assert!(reason.ends_with(&format!("{name} is empty")), "{reason}");
+        }
+        assert!(reason(|r| r.form = "gpgpu".into()).contains("form is \"gpgpu\""));
+        assert!(reason(|r| r.device = String::new()).contains("device is"));
+        assert!(reason(|r| r.clock = "sun".into()).contains("clock is"));
+        assert!(reason(|r| r.ratio = Some(f64::NAN)).contains("ratio is NaN"));
+        assert!(reason(|r| r.baseline.clear()).contains("without a baseline"));
+        for bad in [f64::NAN, f64::INFINITY] {
+            let error = reason(|r| {
+                r.errors.insert("psnr".into(), bad);
+            });
+            assert!(error.contains("error.psnr is"), "{error}");
+            let port = reason(|r| {
+                r.port_errors.insert("x".into(), bad);
+            });
+            assert!(port.contains("port.x is"), "{port}");
+        }
+        let list = reason(|r| {
+            r.knobs.insert("k".into(), vec![1].into());
+        });
+        assert!(list.contains("knob \"k\""), "{list}");
+        assert!(
+            reason(|r| {
+                r.counters.insert(String::new(), 1);
+            })
+            .contains("no name")
+        );
+        let stale = Row { row: "0".into(), ..row(0) };
+        assert!(validate(&stale).unwrap_err().to_string().contains("its identity"));
+        let mut mute = row(0);
+        untimed(&mut mute);
+        mute.status = Status::NotRun { reason: String::new() };
+        assert!(validate(&mute).unwrap_err().to_string().contains("reason is empty"));
+    }
+}

@@ -173,3 +173,159 @@ pub fn new_run_id() -> String {
     hash.update(&COUNT.fetch_add(1, Ordering::Relaxed).to_le_bytes());
     hash.finalize().to_hex().as_str().chars().take(16).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{header, row};
+    use crate::{read_dir, unfinished};
+
+    const RUN: &str = "0123456789abcdef";
+
+    #[test]
+    fn files_are_named_by_time_sweep_and_run_and_never_overwritten() {
+        let dir = tempfile::tempdir().unwrap();
+        let records = dir.path().join("a/b");
+        let mut writer = Writer::create(&records, &header(RUN)).unwrap();
+        let path = records.join("20260102T030405Z-quick-01234567.jsonl");
+        assert_eq!(writer.path(), path);
+        writer.append(&row(0)).unwrap();
+        let error = Writer::create(&records, &header(RUN)).unwrap_err().to_string();
+        assert!(error.contains("20260102T030405Z-quick-01234567.jsonl"), "{error}");
+        assert_eq!(read_file(&path).unwrap().rows, [row(0)]);
+
+        let odd = RunHeader { sweep: "../\u{e9} x".into(), ..header("r/1") };
+        let writer = Writer::create(&records, &odd).unwrap();
+        assert_eq!(writer.path(), records.join("20260102T030405Z------x-r-1.jsonl"));
+    }
+
+    #[test]
+    fn rows_are_on_disk_when_append_returns_and_the_end_is_marked() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut writer = Writer::create(dir.path(), &header(RUN)).unwrap();
+        for n in 0..3 {
+            writer.append(&row(n)).unwrap();
+            assert_eq!(read_dir(dir.path()).unwrap().rows.len() as u64, n + 1);
+        }
+        assert_eq!(unfinished(dir.path(), "5eed", "machine").as_deref(), Some(writer.path()));
+        assert_eq!(unfinished(dir.path(), "other", "machine"), None);
+        assert_eq!(unfinished(dir.path(), "5eed", "other"), None);
+        writer.end().unwrap();
+        assert_eq!(unfinished(dir.path(), "5eed", "machine"), None);
+        let read = read_dir(dir.path()).unwrap();
+        assert!(read.ended.contains(RUN) && read.skipped.is_empty());
+        assert_eq!(unfinished(&dir.path().join("missing"), "5eed", "machine"), None);
+    }
+
+    #[test]
+    fn a_run_killed_anywhere_resumes_without_losing_or_doubling_a_row() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut writer = Writer::create(dir.path(), &header(RUN)).unwrap();
+        writer.append(&row(0)).unwrap();
+        let kept = fs::metadata(writer.path()).unwrap().len();
+        writer.append(&row(1)).unwrap();
+        let path = writer.path().to_path_buf();
+        drop(writer);
+        let whole = fs::read(&path).unwrap();
+        for cut in (kept as usize..=whole.len()).step_by(7).chain([whole.len() - 1, whole.len()]) {
+            fs::write(&path, &whole[..cut]).unwrap();
+            let mut writer = Writer::resume(&path).unwrap();
+            assert_eq!(writer.run(), RUN);
+            assert!(writer.rows().contains(&row(0).row));
+            for n in 0..3 {
+                if !writer.rows().contains(&row(n).row) {
+                    writer.append(&row(n)).unwrap();
+                }
+            }
+            writer.end().unwrap();
+            let read = read_file(&path).unwrap();
+            assert_eq!(read.rows, [row(0), row(1), row(2)], "cut at {cut}");
+            assert!(read.skipped.len() <= 1 && read.ended.contains(RUN));
+        }
+    }
+
+    #[test]
+    fn a_file_without_its_header_cannot_be_resumed() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("torn.jsonl");
+        fs::write(&path, "{\"kind\":\"run\",\"sch").unwrap();
+        assert!(matches!(Writer::resume(&path), Err(RecordError::NoHeader(p)) if p == path));
+        let missing = Writer::resume(&dir.path().join("missing.jsonl"));
+        assert!(matches!(missing, Err(RecordError::Io { .. })));
+    }
+
+    #[test]
+    fn bad_rows_are_refused_and_write_nothing() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut writer = Writer::create(dir.path(), &header(RUN)).unwrap();
+        let before = fs::read(writer.path()).unwrap();
+        let mut bad = row(0);
+        bad.errors.clear();
+        assert!(matches!(writer.append(&bad), Err(RecordError::Invalid { .. })));
+        let foreign = Row { run: "other".into(), ..row(0) };
+        assert!(matches!(writer.append(&foreign), Err(RecordError::OtherRun { .. })));
+        assert_eq!(fs::read(writer.path()).unwrap(), before);
+    }
+
+    #[test]
+    fn an_unusable_directory_is_named() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("file");
+        fs::write(&file, "").unwrap();
+        for path in [file.clone(), file.join("below")] {
+            let error = Writer::create(&path, &header(RUN)).unwrap_err();
+            assert!(matches!(&error, RecordError::Io { path: p, .. } if *p == path), "{error}");
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_an_error_and_the_next_row_starts_a_line_of_its_own() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut writer = Writer::create(dir.path(), &header(RUN)).unwrap();
+        writer.append(&row(0)).unwrap();
+        let full = OpenOptions::new().append(true).open("/dev/full").unwrap();
+        let disk = std::mem::replace(&mut writer.file, full);
+        let error = writer.append(&row(1)).unwrap_err();
+        assert!(
+            matches!(&error, RecordError::Io { path, source, .. }
+                if path == writer.path() && source.kind() == ErrorKind::StorageFull),
+            "{error}"
+        );
+        assert!(!writer.rows().contains(&row(1).row));
+        // Space is back; half a line was left behind.
+        writer.file = disk;
+        writer.file.write_all(b"{\"kind\":\"row\",\"sche").unwrap();
+        writer.append(&row(1)).unwrap();
+        let read = read_file(writer.path()).unwrap();
+        assert_eq!(read.rows, [row(0), row(1)]);
+        assert_eq!(read.skipped.len(), 1);
+        assert_eq!(read.skipped[0].line, 3);
+    }
+
+    #[test]
+    fn writers_at_once_do_not_tear_each_others_lines() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = Writer::create(dir.path(), &header(RUN)).unwrap().path().to_path_buf();
+        std::thread::scope(|scope| {
+            for start in [0, 100, 200] {
+                let path = &path;
+                scope.spawn(move || {
+                    let mut writer = Writer::resume(path).unwrap();
+                    for n in start..start + 20 {
+                        writer.append(&row(n)).unwrap();
+                    }
+                });
+            }
+        });
+        let read = read_file(&path).unwrap();
+        assert_eq!((read.rows.len(), read.skipped.len()), (60, 0));
+    }
+
+    #[test]
+    fn run_ids_differ() {
+        let ids: BTreeSet<String> = (0..1000).map(|_| new_run_id()).collect();
+        assert_eq!(ids.len(), 1000);
+        assert!(ids.iter().all(|id| id.len() == 16));
+    }
+}
