@@ -102,7 +102,8 @@ impl PreparedRay {
     pub fn new(ray: &Ray, space: &Space) -> Option<Self> {
         let longest = ray.direction.abs().max_element();
         // NaN fails the comparisons; max_element may drop it, so all components are asked.
-        if !(longest > 0.0 && ray.direction.is_finite()) || !(ray.t_min <= ray.t_max) {
+        let usable = longest > 0.0 && ray.direction.is_finite() && ray.t_min <= ray.t_max;
+        if !usable {
             return None;
         }
         // First by the longest component: the squares of 1e-200 or 1e200 are out of range.
@@ -134,7 +135,9 @@ impl PreparedRay {
             start = start.max(a.min(b));
             end = end.min(a.max(b));
         }
-        if !(start <= end) {
+        // Of NaN too there is nothing to find.
+        let may_hit = start <= end;
+        if !may_hit {
             return None;
         }
         // The clamp only acts where rounding at a far origin left the cube.

@@ -130,6 +130,7 @@ impl Best {
 
 impl Tracer {
     /// The nearest hit; of several at the same distance the one of the lowest triangle index.
+    /// Distances are compared before they are rounded to units of the ray's direction.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         let prepared = PreparedRay::new(ray, &self.space)?;
         let mut best = Best::none(prepared.t_max);
@@ -183,7 +184,7 @@ impl Tracer {
             hits.extend(leaves.iter().filter_map(|leaf| self.hit_in_range(&prepared, leaf)));
             ControlFlow::Continue(())
         });
-        sort(hits);
+        finish(&prepared, hits);
     }
 
     /// [`Tracer::closest`] by asking every triangle: slow, and right if the triangle test is.
@@ -201,7 +202,7 @@ impl Tracer {
         hits.clear();
         if let Some(prepared) = PreparedRay::new(ray, &self.space) {
             hits.extend(self.leaves.iter().filter_map(|leaf| self.hit_in_range(&prepared, leaf)));
-            sort(hits);
+            finish(&prepared, hits);
         }
     }
 
@@ -237,11 +238,12 @@ impl Tracer {
         }
     }
 
+    // With the distance still from the prepared ray's origin: see `finish`.
     fn hit_in_range(&self, ray: &PreparedRay, leaf: &Leaf) -> Option<Hit> {
         let crossing = ray.sheared.cross(&leaf.corners)?;
         let in_range = crossing.t >= ray.t_min && crossing.t <= ray.t_max;
-        (in_range && self.is_there(leaf, &crossing)).then(|| Hit {
-            t: ray.caller_t(crossing.t),
+        (in_range && self.is_there(leaf, &crossing)).then_some(Hit {
+            t: crossing.t,
             triangle: leaf.id,
             u: crossing.u,
             v: crossing.v,
@@ -283,6 +285,11 @@ impl Tracer {
     }
 }
 
-fn sort(hits: &mut [Hit]) {
+// Sorted before the distances are rounded to the caller's units: several may become equal there,
+// and the first has to be the one that `closest` chooses.
+fn finish(ray: &PreparedRay, hits: &mut [Hit]) {
     hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+    for hit in hits {
+        hit.t = ray.caller_t(hit.t);
+    }
 }

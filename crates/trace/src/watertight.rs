@@ -90,7 +90,8 @@ impl ShearedRay {
             return None;
         }
         let inverse = 1.0 / determinant;
-        let t = (u * az + v * bz + w * cz) * inverse * self.inverse_z;
+        // + 0.0 turns -0.0 into 0.0: at the origin itself all crossings are at one distance.
+        let t = (u * az + v * bz + w * cz) * inverse * self.inverse_z + 0.0;
         Some(Crossing { t, u: v * inverse, v: w * inverse })
     }
 }

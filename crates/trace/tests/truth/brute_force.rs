@@ -35,7 +35,7 @@ fn rays(rng: &mut Pcg64, scene: &Scene, count: usize) -> Vec<Ray> {
         let [a, b, c] = corners[rng.random_range(0..corners.len())];
         let inside = a + (b - a) * 0.25 + (c - a) * 0.5;
         let mut axis = DVec3::ZERO;
-        axis[i % 3] = if i % 2 == 0 { 1.0 } else { -1.0 };
+        axis[i % 3] = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         let (origin, direction) = match i % 8 {
             0 => (unit_vector(rng) * 2.0, unit_vector(rng)),
             1 => {
@@ -68,7 +68,7 @@ fn check(tracer: &Tracer, ray: &Ray) -> usize {
     tracer.all(ray, &mut all);
     tracer.all_brute_force(ray, &mut expected);
     assert_eq!(all, expected, "{ray:?}");
-    assert!(all.windows(2).all(|w| (w[0].t, w[0].triangle) < (w[1].t, w[1].triangle)));
+    assert!(all.windows(2).all(|w| w[0].t <= w[1].t));
     let closest = tracer.closest(ray);
     assert_eq!(closest, tracer.closest_brute_force(ray), "{ray:?}");
     assert_eq!(closest, all.first().copied(), "{ray:?}");
@@ -81,7 +81,7 @@ fn check(tracer: &Tracer, ray: &Ray) -> usize {
 }
 
 fn cases() -> u32 {
-    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(32)
+    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(128)
 }
 
 proptest! {
@@ -110,7 +110,8 @@ proptest! {
                 origin: ray.origin * scale + shift, direction: ray.direction * scale, ..*ray };
             hits += check(&tracer, &placed);
         }
-        prop_assert!(hits > 0);
+        // A few snapped triangles may all be degenerate.
+        prop_assert!(hits > 0 || count < 20);
     }
 }
 

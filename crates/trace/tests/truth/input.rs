@@ -114,7 +114,7 @@ fn from_above(height_m: f64) -> Camera {
 #[test]
 fn a_checker_texture_cuts_its_pattern_out() {
     let mut scene = placed(level_patch([-1.0, 1.0], 0.0, [-1.0, 1.0], 3));
-    let texel = |i: u32| [0, 0, 0, if (i % 8 + i / 8) % 2 == 0 { 255 } else { 100 }];
+    let texel = |i: u32| [0, 0, 0, if (i % 8 + i / 8).is_multiple_of(2) { 255 } else { 100 }];
     scene.textures.push(Texture {
         name: String::new(),
         width: 8,
@@ -130,7 +130,7 @@ fn a_checker_texture_cuts_its_pattern_out() {
     let cut = cover(&scene);
     for (i, item) in (0..).zip(&cut) {
         // The image's x and y run along the patch's u and v.
-        let there = ((i % n) / 16 + (i / n) / 16) % 2 == 0;
+        let there = ((i % n) / 16 + (i / n) / 16).is_multiple_of(2);
         assert_eq!(item.is_some(), there, "pixel {i}");
     }
     assert_eq!(cut.iter().flatten().count() as u32, n * n / 2);

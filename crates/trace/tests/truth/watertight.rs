@@ -23,7 +23,7 @@ fn rays_from_inside(scene: &Scene, centre: DVec3, spread: f64, seed: u64) -> Vec
         let s = rng.random::<f64>();
         let target = match i % 3 {
             0 => a,
-            1 => a + (b - a) * if i % 2 == 0 { 0.5 } else { s },
+            1 => a + (b - a) * if i.is_multiple_of(2) { 0.5 } else { s },
             _ => a + (b - a) * (0.5 * s) + (c - a) * (0.5 * rng.random::<f64>()),
         };
         let origin = centre + unit_vector(&mut rng) * (spread * rng.random::<f64>());
