@@ -27,6 +27,21 @@ impl Format {
         }
     }
 
+    /// How far a filtered value may move when the result of the pass between is rounded too.
+    ///
+    /// Integers: half a step from the pass between, and two roundings to the same grid of numbers
+    /// half a step apart end at most one step apart. Half floats: half a step of 2^-10 relative
+    /// (rows may lie in a higher binade than their mean), and half a step for either rounding.
+    /// Floats: nothing beside their arithmetic.
+    #[must_use]
+    pub fn pass_error(self, value: f64) -> f64 {
+        match self {
+            Self::F16 => 1.5 * value.abs() / 1024.0 + 2.0f64.powi(-24),
+            Self::F32 => 0.0,
+            Self::U16 => 1.0 / 65_535.0,
+        }
+    }
+
     /// Depth range that counts as one depth: two steps of the format below 1 (integers), between
     /// 1/2 and 1 (half floats: 2^-11 each), or 16 of them for floats (2^-24 each), whose filtered
     /// means carry rounding of their own.

@@ -12,8 +12,9 @@
 //! Rounding. A packed channel is rounded to the format; so is the result of each filter pass, and
 //! a lookup blends the rounded values in the working precision (f32; f64 in the reference). The
 //! reference filters in two dimensions at once and therefore rounds only twice: packed channels
-//! and filtered channels. A port may differ from it by the extra rounding of the pass between:
-//! half a step of the format per channel, as the estimator amplifies it. Where a receiver's depth
+//! and filtered channels. A port may differ from it by the extra rounding of the pass between, at
+//! most one step of the format per channel, as the estimator amplifies it:
+//! [`reference::port_bounds`] says how far that is for each receiver. Where a receiver's depth
 //! and its texel are computed decides comparisons, so all forms, the reference too, compute them
 //! in f32 ([`lookup`]).
 //!
