@@ -3,10 +3,23 @@
 //! Conventions (`docs/conventions.md`): right-handed, y up, metres; geometry is stored in `f32`
 //! relative to its mesh, placed in the world by an `f64` affine transform; colours are linear RGB.
 
+mod defaults;
+mod error;
+pub mod generate;
+mod hash;
+pub mod import;
+pub mod inspect;
 mod light_view;
 mod types;
+mod validate;
+mod write;
 
+pub use defaults::{GROUND, add_ground};
+pub use error::SceneError;
 pub use light_view::{LightView, LightViewError};
 pub use types::{
-    AlphaTest, Aabb, Camera, CameraPath, Instance, Light, Material, Mesh, Projection, Scene, Texture,
+    Aabb, AlphaTest, Camera, CameraPath, Instance, Light, Material, Mesh, Projection, Scene,
+    Texture,
 };
+pub use validate::{MAX_COORDINATE_M, MAX_TEXTURE_SIDE, MAX_TRIANGLES};
+pub use write::write_glb;

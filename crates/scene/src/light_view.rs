@@ -134,7 +134,10 @@ impl LightView {
             let d = self.forward + side * self.half_extent;
             (self.origin + d * self.near_m, d * depth)
         } else {
-            (self.origin + side * self.half_extent + self.forward * self.near_m, self.forward * depth)
+            (
+                self.origin + side * self.half_extent + self.forward * self.near_m,
+                self.forward * depth,
+            )
         }
     }
 
