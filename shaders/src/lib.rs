@@ -16,6 +16,15 @@ macro_rules! files {
 /// Every embedded file: path under `shaders/`, text as written (imports not resolved).
 pub const FILES: &[(&str, &str)] = files![
     "common/index.wgsl",
+    "common/kept_counts.wgsl",
+    "common/partition.wgsl",
+    "foliage/leaf_texels.wgsl",
+    "foliage/multi_draw.wgsl",
+    "foliage/reduce.wgsl",
+    "foliage/scan.wgsl",
+    "foliage/thread_per_cell.wgsl",
+    "foliage/thread_per_leaf.wgsl",
+    "foliage/workgroup_per_cell.wgsl",
     "gpu/arithmetic.wgsl",
     "gpu/copy.wgsl",
     "gpu/f16_store.wgsl",
