@@ -45,7 +45,7 @@ pub enum ShaderError {
     },
 }
 
-type Lookup<'a> = &'a dyn Fn(&str) -> Option<&'a str>;
+type Lookup<'a> = &'a dyn Fn(&str) -> Option<&'static str>;
 
 /// Resolves `path` over the files that `lookup` knows.
 pub(crate) fn resolve(path: &str, lookup: Lookup<'_>) -> Result<String, ShaderError> {
@@ -102,7 +102,9 @@ impl State<'_> {
 mod tests {
     use super::*;
 
-    fn files<'a>(list: &'a [(&'a str, &'a str)]) -> impl Fn(&str) -> Option<&'a str> {
+    fn files(
+        list: &'static [(&'static str, &'static str)],
+    ) -> impl Fn(&str) -> Option<&'static str> {
         move |path| list.iter().find(|(known, _)| *known == path).map(|(_, text)| *text)
     }
 

@@ -70,9 +70,7 @@ pub fn adapters() -> Vec<AdapterFacts> {
 }
 
 /// The adapter that `choice` asks for.
-pub(crate) fn choose(
-    choice: &AdapterChoice,
-) -> Result<(wgpu::Adapter, AdapterFacts), GpuError> {
+pub(crate) fn choose(choice: &AdapterChoice) -> Result<(wgpu::Adapter, AdapterFacts), GpuError> {
     let all = enumerate();
     let facts: Vec<_> = all.iter().map(|a| AdapterFacts::of(&a.get_info())).collect();
     let index = pick(&facts, choice)?;
@@ -140,12 +138,14 @@ fn kind(info: &wgpu::AdapterInfo) -> AdapterKind {
     }
 }
 
-fn instance() -> &'static wgpu::Instance {
+pub(crate) fn instance() -> &'static wgpu::Instance {
     static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
     INSTANCE.get_or_init(|| {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-        descriptor.backends =
-            wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12 | wgpu::Backends::GL;
+        descriptor.backends = wgpu::Backends::VULKAN
+            | wgpu::Backends::METAL
+            | wgpu::Backends::DX12
+            | wgpu::Backends::GL;
         // No driver-side debug layers: they cost time, and old ones reject what naga writes.
         descriptor.flags = wgpu::InstanceFlags::empty();
         wgpu::Instance::new(descriptor)

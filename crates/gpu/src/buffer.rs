@@ -29,6 +29,7 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::TooLarge`] with the limit's name, [`GpuError::OutOfMemory`].
     pub fn buffer(&self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+        check_size(label, rounded(bytes), GENERAL, &self.limits())?;
         let buffer = self.create(label, bytes, GENERAL, false)?;
         self.poison(&buffer);
         Ok(buffer)
@@ -94,8 +95,7 @@ impl Gpu {
         // Copies start and end at multiples of 4.
         let start = offset & !3;
         let size = (end - start).next_multiple_of(4);
-        let staging =
-            self.create("read-back", size, Usage::MAP_READ | Usage::COPY_DST, false)?;
+        let staging = self.create("read-back", size, Usage::MAP_READ | Usage::COPY_DST, false)?;
         let submission = self.scoped("read-back", || {
             let mut encoder = self.device.create_command_encoder(&Default::default());
             encoder.copy_buffer_to_buffer(buffer, start, &staging, 0, size);
@@ -133,7 +133,8 @@ impl Gpu {
         Ok(result)
     }
 
-    /// A buffer of `bytes` at least, after the limits that its usage brings.
+    /// A buffer of `bytes` at least, held only against the limits of creation: one that is not
+    /// bound whole may pass those of bindings.
     pub(crate) fn create(
         &self,
         label: &str,
@@ -141,8 +142,8 @@ impl Gpu {
         usage: Usage,
         mapped: bool,
     ) -> Result<wgpu::Buffer, GpuError> {
-        let size = bytes.max(SMALLEST).checked_next_multiple_of(4).unwrap_or(u64::MAX);
-        check_size(label, size, usage, &self.limits())?;
+        let size = rounded(bytes);
+        check_size(label, size, Usage::empty(), &self.limits())?;
         self.scoped(&format!("buffer `{label}` of {size} bytes"), || {
             self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -154,7 +155,9 @@ impl Gpu {
     }
 
     fn filled(&self, label: &str, data: &[u8], usage: Usage) -> Result<wgpu::Buffer, GpuError> {
-        let buffer = self.create(label, data.len() as u64, usage, true)?;
+        let bytes = data.len() as u64;
+        check_size(label, rounded(bytes), usage, &self.limits())?;
+        let buffer = self.create(label, bytes, usage, true)?;
         let fail = |message| GpuError::Map { what: format!("buffer `{label}`"), message };
         {
             let mut view =
@@ -173,13 +176,13 @@ pub(crate) fn poison_source(gpu: &Gpu) -> Result<wgpu::Buffer, GpuError> {
     gpu.filled("poison", &vec![POISON; POISON_CHUNK as usize], Usage::COPY_SRC)
 }
 
+/// The size that `bytes` asked for become.
+fn rounded(bytes: u64) -> u64 {
+    bytes.max(SMALLEST).checked_next_multiple_of(4).unwrap_or(u64::MAX)
+}
+
 /// Refuses a size over the limits that `usage` brings, naming the limit.
-fn check_size(
-    label: &str,
-    size: u64,
-    usage: Usage,
-    limits: &wgpu::Limits,
-) -> Result<(), GpuError> {
+fn check_size(label: &str, size: u64, usage: Usage, limits: &wgpu::Limits) -> Result<(), GpuError> {
     let mut bounds = vec![("max_buffer_size", limits.max_buffer_size)];
     if usage.contains(Usage::STORAGE) {
         let max = limits.max_storage_buffer_binding_size;

@@ -60,10 +60,7 @@ impl<'a> Targets<'a> {
             view,
             depth_slice: None,
             resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(clear),
-                store: wgpu::StoreOp::Store,
-            },
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(clear), store: wgpu::StoreOp::Store },
         })
     }
 
@@ -154,11 +151,7 @@ impl Drop for Frame<'_> {
 
 impl Frame<'_> {
     /// Records a timed compute pass.
-    pub fn compute(
-        &mut self,
-        name: &'static str,
-        record: impl FnOnce(&mut wgpu::ComputePass<'_>),
-    ) {
+    pub fn compute(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
         let queries = self.begin(name);
         let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(name),
@@ -205,38 +198,82 @@ impl Frame<'_> {
         &mut self.encoder
     }
 
+    /// Records copies, clears and other encoder commands as a timed section.
+    pub fn copies(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+        let queries = self.begin(name);
+        self.stamp(queries);
+        record(&mut self.encoder);
+        self.stamp(queries.map(|first| first + 1));
+    }
+
     /// Submits, waits, and reads the timestamps.
     ///
     /// # Errors
     /// Whatever was wrong with a recorded command, [`GpuError::DeviceLost`],
-    /// [`GpuError::Timeout`], or [`GpuError::TooLarge`] for more than [`MAX_PASSES`].
+    /// [`GpuError::Timeout`], or [`GpuError::TooLarge`] for more than [`MAX_PASSES`]; an earlier
+    /// error that no call reported, as [`Gpu::check`].
     pub fn finish(mut self) -> Result<FrameTimes, GpuError> {
+        let (stamps, wall_ns) = self.submit()?;
+        if self.pool.is_none() {
+            return Ok(FrameTimes { passes: Vec::new(), gpu_ns: None, wall_ns, fault: None });
+        }
+        Ok(durations(&self.names, &stamps, wall_ns))
+    }
+
+    /// [`Frame::finish`] with the stamps as they come: begin and end of each pass, ns, and the
+    /// wall time.
+    pub(crate) fn finish_stamps(mut self) -> Result<(Vec<u64>, u64), GpuError> {
+        self.submit()
+    }
+
+    fn submit(&mut self) -> Result<(Vec<u64>, u64), GpuError> {
         if let Some(error) = self.failed.take() {
             return Err(error);
         }
         let gpu = self.gpu;
-        let stamps = 2 * self.names.len() as u32;
-        let bytes = u64::from(stamps) * STAMP;
-        if let Some(pool) = self.pool.as_ref().filter(|_| stamps > 0) {
-            self.encoder.resolve_query_set(&pool.queries, 0..stamps, &pool.resolved, 0);
+        let count = 2 * self.names.len() as u32;
+        let bytes = u64::from(count) * STAMP;
+        if let Some(pool) = self.pool.as_ref().filter(|_| count > 0) {
+            self.encoder.resolve_query_set(&pool.queries, 0..count, &pool.resolved, 0);
             self.encoder.copy_buffer_to_buffer(&pool.resolved, 0, &pool.staging, 0, bytes);
         }
-        let replacement = gpu.device.create_command_encoder(&Default::default());
-        let encoder = std::mem::replace(&mut self.encoder, replacement);
-        let submission = gpu.scoped("frame", || gpu.queue.submit([encoder.finish()]))?;
+        let submission = gpu.scoped("frame", || {
+            // `finish` takes the encoder by value; an empty one stays behind.
+            let empty = gpu.device.create_command_encoder(&Default::default());
+            let encoder = std::mem::replace(&mut self.encoder, empty);
+            gpu.queue.submit([encoder.finish()])
+        })?;
         gpu.wait("frame", submission.clone())?;
         let wall_ns = self.start.elapsed().as_nanos() as u64;
         gpu.check()?;
-        let names = std::mem::take(&mut self.names);
-        let Some(pool) = self.pool.as_ref().filter(|_| stamps > 0) else {
-            let gpu_ns = self.pool.as_ref().map(|_| 0);
-            return Ok(FrameTimes { passes: Vec::new(), gpu_ns, wall_ns, fault: None });
+        let Some(pool) = self.pool.as_ref().filter(|_| count > 0) else {
+            return Ok((Vec::new(), wall_ns));
         };
         let period = f64::from(gpu.queue.get_timestamp_period());
-        gpu.read_mapped(&pool.staging, submission, |mapped| {
-            let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(&mapped[..bytes as usize]);
-            durations(&names, &stamps, period, wall_ns)
-        })
+        let stamps = gpu.read_mapped(&pool.staging, submission, |mapped| {
+            let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&mapped[..bytes as usize]);
+            ticks.into_iter().map(|ticks| to_ns(ticks, period)).collect()
+        })?;
+        Ok((stamps, wall_ns))
+    }
+
+    /// Writes query `query` here, between passes.
+    fn stamp(&mut self, query: Option<u32>) {
+        let (Some(query), Some(pool)) = (query, self.pool.as_ref()) else { return };
+        let features = self.gpu.device.features();
+        if features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS) {
+            self.encoder.write_timestamp(&pool.queries, query);
+        } else {
+            // An empty pass carries the stamp where the encoder itself cannot.
+            self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("timestamp"),
+                timestamp_writes: Some(wgpu::ComputePassTimestampWrites {
+                    query_set: &pool.queries,
+                    beginning_of_pass_write_index: Some(query),
+                    end_of_pass_write_index: None,
+                }),
+            });
+        }
     }
 
     /// Books a pass; the first of its two queries where passes are timed.
@@ -256,17 +293,24 @@ impl Frame<'_> {
     }
 }
 
-/// Durations from begin and end stamps (device ticks of `period` ns), two a pass.
-fn durations(names: &[&'static str], stamps: &[u64], period: f64, wall_ns: u64) -> FrameTimes {
-    let ns = |ticks: u64| (ticks as f64 * period).round() as u64;
+/// Ticks of `period` ns each as ns, to the nearest. A 64-bit float would lose nanoseconds of a
+/// clock that has run for more than 104 days.
+fn to_ns(ticks: u64, period: f64) -> u64 {
+    const FRACTION: u32 = 32;
+    let fixed = (period * (1u64 << FRACTION) as f64).round() as u128;
+    ((u128::from(ticks) * fixed) >> FRACTION) as u64
+}
+
+/// Durations from begin and end stamps in ns, two a pass.
+fn durations(names: &[&'static str], stamps: &[u64], wall_ns: u64) -> FrameTimes {
     let mut passes = Vec::with_capacity(names.len());
     for (&pass, stamp) in names.iter().zip(stamps.chunks_exact(2)) {
         let (begin, end) = (stamp[0], stamp[1]);
         if end <= begin {
-            let fault = TimestampFault { pass, begin: ns(begin), end: ns(end) };
-            return FrameTimes { passes: Vec::new(), gpu_ns: None, wall_ns, fault: Some(fault) };
+            let fault = Some(TimestampFault { pass, begin, end });
+            return FrameTimes { passes: Vec::new(), gpu_ns: None, wall_ns, fault };
         }
-        passes.push((pass, ns(end - begin)));
+        passes.push((pass, end - begin));
     }
     let gpu_ns = Some(passes.iter().map(|(_, ns)| ns).sum());
     FrameTimes { passes, gpu_ns, wall_ns, fault: None }
@@ -277,20 +321,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn durations_are_ticks_times_period() {
-        let times = durations(&["a", "b"], &[100, 150, 160, 165], 2.0, 1000);
+    fn durations_are_differences_of_stamps() {
+        let times = durations(&["a", "b"], &[200, 300, 320, 330], 1000);
         assert_eq!(times.passes, [("a", 100), ("b", 10)]);
         assert_eq!(times.gpu_ns, Some(110));
         assert_eq!((times.wall_ns, times.fault), (1000, None));
+        assert_eq!(durations(&[], &[], 5).gpu_ns, Some(0));
     }
 
     #[test]
     fn a_zero_or_negative_duration_is_a_fault_and_no_time() {
         for (begin, end) in [(150, 150), (160, 150)] {
-            let times = durations(&["a", "b"], &[100, 150, begin, end], 1.0, 1000);
+            let times = durations(&["a", "b"], &[100, 150, begin, end], 1000);
             assert_eq!(times.gpu_ns, None);
             assert_eq!(times.passes, []);
             assert_eq!(times.fault, Some(TimestampFault { pass: "b", begin, end }));
         }
+    }
+
+    #[test]
+    fn ticks_become_nanoseconds_without_loss_at_large_counts() {
+        assert_eq!(to_ns(7, 1.0), 7);
+        assert_eq!(to_ns(10, 0.5), 5);
+        assert_eq!(to_ns(3, 83.333_333_333), 249);
+        // 2^60 ns are 36 years: neighbours stay apart.
+        assert_eq!(to_ns((1 << 60) + 1, 1.0) - to_ns(1 << 60, 1.0), 1);
     }
 }

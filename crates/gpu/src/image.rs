@@ -46,12 +46,11 @@ impl Gpu {
     /// [`GpuError::Validation`] for a format that cannot be copied, and as [`Gpu::read`].
     pub fn read_texture(&self, texture: &wgpu::Texture) -> Result<Vec<u8>, GpuError> {
         let aspect = wgpu::TextureAspect::All;
-        let texel = texture.format().block_copy_size(Some(aspect)).ok_or_else(|| {
-            GpuError::Validation {
+        let texel =
+            texture.format().block_copy_size(Some(aspect)).ok_or_else(|| GpuError::Validation {
                 what: "texture read-back".into(),
                 message: format!("{:?} cannot be copied", texture.format()),
-            }
-        })?;
+            })?;
         let (width, height) = (texture.width(), texture.height());
         let row = width * texel;
         let stride = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);

@@ -40,12 +40,26 @@ impl Gpu {
         constants: &[(&str, f64)],
     ) -> Result<wgpu::ComputePipeline, GpuError> {
         let module = self.module(path)?;
+        self.compute_of(&module, path, entry, constants)
+    }
+
+    /// The same from a module; `path` only names it.
+    ///
+    /// # Errors
+    /// [`GpuError::Validation`], [`GpuError::DeviceLost`].
+    pub fn compute_of(
+        &self,
+        module: &wgpu::ShaderModule,
+        path: &str,
+        entry: &str,
+        constants: &[(&str, f64)],
+    ) -> Result<wgpu::ComputePipeline, GpuError> {
         let what = format!("{path}:{entry}");
         self.scoped(&what, || {
             self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(&what),
                 layout: None,
-                module: &module,
+                module,
                 entry_point: Some(entry),
                 compilation_options: wgpu::PipelineCompilationOptions {
                     constants,
@@ -98,7 +112,13 @@ impl Gpu {
             .zip(buffers)
             .map(|(binding, buffer)| wgpu::BindGroupEntry {
                 binding,
-                resource: buffer.as_entire_binding(),
+                // The size is spelled out: wgpu 30 makes VERTEX buffers a word longer, and an
+                // entire binding lets arrayLength() see that word.
+                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer,
+                    offset: 0,
+                    size: std::num::NonZeroU64::new(buffer.size()),
+                }),
             })
             .collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -31,3 +31,18 @@ pub fn test_gpu() -> Option<&'static Gpu> {
 pub fn choice() -> AdapterChoice {
     std::env::var("DAPPLE_ADAPTER").map_or(AdapterChoice::Auto, AdapterChoice::Named)
 }
+
+/// Objects that are alive in this process, over all devices: buffers, textures, query sets, bind
+/// groups, compute and raster pipelines. For tests of growth.
+pub fn live_objects() -> Option<[usize; 6]> {
+    let report = crate::adapter::instance().generate_report()?;
+    let hub = report.hub_report();
+    Some([
+        hub.buffers.num_allocated,
+        hub.textures.num_allocated,
+        hub.query_sets.num_allocated,
+        hub.bind_groups.num_allocated,
+        hub.compute_pipelines.num_allocated,
+        hub.render_pipelines.num_allocated,
+    ])
+}
