@@ -226,7 +226,7 @@ mod tests {
     use super::*;
 
     /// Sizes and cell counts at which something changes.
-    pub(crate) const SHAPES: [(usize, usize); 12] = [
+    const SHAPES: [(usize, usize); 15] = [
         (0, 0),
         (0, 1),
         (0, 513),
@@ -239,6 +239,9 @@ mod tests {
         (65_535, 1),
         (65_536, 1),
         (200_000, 3_000),
+        (511, 512),
+        (50_000, 100_000),
+        (1_000_000, 512),
     ];
 
     #[test]
