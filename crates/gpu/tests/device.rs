@@ -1,4 +1,5 @@
 //! The device against hand-known answers.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_gpu::testing::{choice, test_gpu};
 use dapple_gpu::{AdapterChoice, Gpu, GpuError, MAX_PASSES, Targets, adapters, copy_rate, wgpu};

@@ -165,8 +165,7 @@ pub fn run(adapter: &wgpu::Adapter, facts: &AdapterFacts) -> Result<Readings, Gp
     let stored = device().and_then(|g| run::f16_store(&g)).map_err(|e| note("f16 store", e)).ok();
     let occlusion =
         device().and_then(|g| run::occlusion(&g)).map_err(|e| note("occlusion", e)).ok();
-    let timestamps =
-        device().and_then(|g| run::timestamps(g)).map_err(|e| note("timestamps", e)).ok();
+    let timestamps = device().and_then(run::timestamps).map_err(|e| note("timestamps", e)).ok();
     Ok(Readings {
         loops,
         timestamps,
