@@ -1,4 +1,5 @@
 //! The CPU form against the reference.
+#![allow(clippy::unwrap_used, reason = "the helpers of a test may fail it")]
 
 mod support;
 

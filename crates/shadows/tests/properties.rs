@@ -54,6 +54,14 @@ fn depths() -> impl Strategy<Value = Vec<f64>> {
     prop_oneof![any, few, close]
 }
 
+/// The same with depths at both ends and between, so that no moment matrix is near singular.
+fn spread() -> impl Strategy<Value = Vec<f64>> {
+    depths().prop_map(|mut depths| {
+        depths.extend([0.0, 0.4, 1.0]);
+        depths
+    })
+}
+
 proptest! {
     #![proptest_config(cases())]
 
@@ -80,10 +88,10 @@ proptest! {
     }
 
     #[test]
-    fn visibilities_are_continuous_at_the_mean(depths in depths()) {
+    fn visibilities_are_continuous_at_the_mean(depths in spread()) {
         let w = window(depths);
         let sigma = (w.square - w.mean * w.mean).max(0.0).sqrt();
-        prop_assume!(sigma > 1e-3);
+        prop_assert!(sigma > 0.05);
         for v in three::<f64>(&w, w.mean + 1e-9 * sigma) {
             prop_assert!(v > 1.0 - 1e-5, "{}", v);
         }
@@ -194,7 +202,7 @@ proptest! {
     }
 
     #[test]
-    fn four_moments_bound_the_exact_share_tighter_than_two(depths in depths(), z in 0.0..1.0f64) {
+    fn four_moments_bound_the_exact_share_tighter_than_two(depths in spread(), z in 0.0..1.0f64) {
         let w = window(depths);
         let mut b = [0.0; 4];
         for &depth in &w.depths {
@@ -204,9 +212,9 @@ proptest! {
         }
         let v = moments::visibility(b, z, 0.0, 0.375);
         prop_assert!((0.0..=1.0).contains(&v));
-        // Rounding decides where the Hankel matrix is nearly singular.
-        prop_assume!(b[1] - b[0] * b[0] > 1e-3 && w.depths.len() > 5);
-        prop_assert!(v >= exact(&w, z) - 1e-3, "{} {}", v, exact(&w, z));
+        prop_assert!(v >= exact(&w, z) - 1e-6, "{} {}", v, exact(&w, z));
+        let two = chebyshev::visibility(w.mean, w.square, z, 0.0);
+        prop_assert!(v <= two + 1e-6, "{} {}", v, two);
     }
 }
 

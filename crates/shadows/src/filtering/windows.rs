@@ -107,11 +107,11 @@ fn blocks(
     }
     // head: from the start of the block to the window's last position.
     let mut head = lines[0];
-    for last in 0..lines.len() {
-        head = if last % width == 0 { lines[last] } else { merge(&head, &lines[last]) };
+    for (last, line) in lines.iter().enumerate() {
+        head = if last.is_multiple_of(width) { *line } else { merge(&head, line) };
         if last + 1 >= width {
             let first = last + 1 - width;
-            if first % width == 0 {
+            if first.is_multiple_of(width) {
                 store(first, &head);
             } else {
                 store(first, &merge(&tails[first], &head));

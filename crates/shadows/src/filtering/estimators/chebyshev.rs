@@ -14,11 +14,11 @@ use super::Real;
 #[inline]
 pub fn visibility<R: Real>(mean: R, mean_square: R, z: R, min_variance: R) -> R {
     let distance = z - mean;
-    if !(distance > R::of(0.0)) {
+    if distance <= R::of(0.0) {
         return R::of(1.0);
     }
     let variance = (mean_square - mean * mean).at_least(min_variance);
-    if !(variance > R::of(0.0)) {
+    if variance <= R::of(0.0) {
         return R::of(0.0);
     }
     variance / (variance + distance * distance)

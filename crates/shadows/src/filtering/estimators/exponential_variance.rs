@@ -57,7 +57,7 @@ fn outside<R: Real>(z: R) -> Option<R> {
 
 #[inline]
 fn warped_bound<R: Real>(mean: R, mean_square: R, warped: R, c: R, min_variance: R) -> R {
-    if !(warped > mean) {
+    if warped <= mean {
         return R::of(1.0);
     }
     let scale = R::of(1.0) / warped.abs().at_least(mean.abs());

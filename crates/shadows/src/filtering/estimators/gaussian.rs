@@ -11,11 +11,11 @@ use super::{Real, erf};
 #[inline]
 pub fn visibility<R: Real>(mean: R, mean_square: R, z: R, min_variance: R) -> R {
     let distance = z - mean;
-    if !(distance > R::of(0.0)) {
+    if distance <= R::of(0.0) {
         return R::of(1.0);
     }
     let variance = (mean_square - mean * mean).at_least(min_variance);
-    if !(variance > R::of(0.0)) {
+    if variance <= R::of(0.0) {
         return R::of(0.0);
     }
     erf::erfc_positive(distance / (R::of(2.0) * variance).sqrt())
@@ -26,7 +26,7 @@ pub fn visibility<R: Real>(mean: R, mean_square: R, z: R, min_variance: R) -> R 
 #[inline]
 pub fn visibility_printed<R: Real>(mean: R, mean_square: R, z: R, min_variance: R) -> R {
     let variance = (mean_square - mean * mean).at_least(min_variance);
-    if !(variance > R::of(0.0)) {
+    if variance <= R::of(0.0) {
         return visibility(mean, mean_square, z, min_variance);
     }
     R::of(1.0) - erf::erf_printed((z - mean) / (R::of(2.0) * variance).sqrt())

@@ -131,8 +131,8 @@ fn relax(bins: &[u32; BINS], bounds: &mut [f64]) {
         let mean = |i: usize| {
             if weight[i] > 0.0 { sum[i] / weight[i] } else { 0.5 * (before[i] + before[i + 1]) }
         };
-        for i in 1..count {
-            bounds[i] = 0.5 * (mean(i - 1) + mean(i));
+        for (i, bound) in bounds.iter_mut().enumerate().take(count).skip(1) {
+            *bound = 0.5 * (mean(i - 1) + mean(i));
         }
         if bounds.iter().zip(before).all(|(a, b)| (*a - b).abs() < 1e-12) {
             break;

@@ -21,15 +21,15 @@ pub fn exponent<R: Real>(min: R, max: R, mean: R) -> R {
 pub fn visibility<R: Real>(min: R, max: R, mean: R, z: R, degenerate_range: R) -> R {
     let (zero, one) = (R::of(0.0), R::of(1.0));
     let mean = mean.at_least(min).at_most(max);
-    if !(z > mean) {
+    if z <= mean {
         return one;
     }
     let range = max - min;
-    if !(range > degenerate_range) {
+    if range <= degenerate_range {
         return if z > max { zero } else { one };
     }
     let beta = exponent(min, max, mean);
-    if z >= max || !(beta > zero) {
+    if z >= max || beta <= zero {
         return zero;
     }
     let numerator = (beta * ln_share(z, min, max, range)).exp_m1();
