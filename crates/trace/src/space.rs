@@ -22,7 +22,7 @@
 //! prune.
 
 use crate::tracer::Ray;
-use crate::watertight::ShearedRay;
+use crate::watertight::{Corners, Crossing, ShearedRay};
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb as Box32;
 
@@ -68,7 +68,7 @@ impl Space {
 }
 
 /// The f32 box of some normalised points, grown by [`BOX_PAD`] and rounded outward.
-pub fn padded_box(corners: &[[f64; 3]; 3]) -> Box32 {
+pub fn padded_box(corners: &Corners) -> Box32 {
     let [a, b, c] = corners.map(DVec3::from_array);
     let (lo, hi) = (a.min(b).min(c) - BOX_PAD, a.max(b).max(c) + BOX_PAD);
     let down = lo.to_array().map(|x| (x as f32).next_down());
@@ -83,8 +83,8 @@ pub fn above(t: f64) -> f32 {
 
 /// A ray in normalised space, moved along itself to where the scene may begin.
 pub struct PreparedRay {
-    /// For the triangle test.
-    pub sheared: ShearedRay,
+    /// For the triangle test: see [`PreparedRay::meet`].
+    sheared: ShearedRay,
     /// For the boxes.
     pub coarse: obvhs::ray::Ray,
     /// Range of distances from the moved origin.
@@ -158,6 +158,19 @@ impl PreparedRay {
             length,
             scale: space.scale,
         })
+    }
+
+    /// Where the ray meets a triangle, at any distance from the moved origin.
+    ///
+    /// The distance to a triangle crossed edge-on is rounding noise between its corners' distances.
+    /// The triangle's own box bounds it from below, so that no crossing is nearer than the boxes on
+    /// the way to it, and traversal finds what asking every triangle finds. For any other crossing
+    /// this changes nothing.
+    #[inline(always)]
+    pub fn meet(&self, corners: &Corners) -> Option<Crossing> {
+        let crossing = self.sheared.cross(corners)?;
+        let near = f64::from(padded_box(corners).intersect_ray(&self.coarse));
+        (near < f64::INFINITY).then_some(Crossing { t: crossing.t.max(near), ..crossing })
     }
 
     /// A distance from the moved origin in units of the caller's direction.

@@ -159,7 +159,7 @@ impl Tracer {
         self.traverse(&prepared, |leaves, _| {
             for leaf in leaves {
                 if leaf.id != skip
-                    && let Some(crossing) = prepared.sheared.cross(&leaf.corners)
+                    && let Some(crossing) = prepared.meet(&leaf.corners)
                     && crossing.t >= prepared.t_min
                     && crossing.t <= prepared.t_max
                     && self.is_there(leaf, &crossing)
@@ -228,7 +228,7 @@ impl Tracer {
 
     #[inline(always)]
     fn improve(&self, ray: &PreparedRay, leaf: &Leaf, best: &mut Best, t_max: &mut f32) {
-        if let Some(crossing) = ray.sheared.cross(&leaf.corners)
+        if let Some(crossing) = ray.meet(&leaf.corners)
             && crossing.t >= ray.t_min
             && best.is_beaten_by(&crossing, leaf.id)
             && self.is_there(leaf, &crossing)
@@ -240,7 +240,7 @@ impl Tracer {
 
     // With the distance still from the prepared ray's origin: see `finish`.
     fn hit_in_range(&self, ray: &PreparedRay, leaf: &Leaf) -> Option<Hit> {
-        let crossing = ray.sheared.cross(&leaf.corners)?;
+        let crossing = ray.meet(&leaf.corners)?;
         let in_range = crossing.t >= ray.t_min && crossing.t <= ray.t_max;
         (in_range && self.is_there(leaf, &crossing)).then_some(Hit {
             t: crossing.t,

@@ -1,11 +1,12 @@
 //! Whether and where a ray meets a triangle, without gaps along shared edges.
 //!
 //! Based on: S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", Journal of
-//! Computer Graphics Techniques 2(1), 2013, sections 3.1 to 3.3 and the listing of appendix A.
+//! Computer Graphics Techniques 2(1), 2013, section 3.
 //!
 //! Deviations: all arithmetic is f64 instead of f32 with an f64 fallback for zero edge functions:
 //! rounding is monotonic, so a computed edge function is zero or has the sign of the exact one, and
-//! zero counts as inside. Two-sided, so the winding-preserving swap of kx and ky is left out.
+//! zero counts as inside. A test against the box of the sheared corners removes false hits of
+//! triangles seen edge-on. Two-sided, so the winding-preserving swap of kx and ky is left out.
 
 /// A triangle's corners.
 pub type Corners = [[f64; 3]; 3];
@@ -87,6 +88,12 @@ impl ShearedRay {
         }
         let determinant = u + v + w;
         if determinant == 0.0 {
+            return None;
+        }
+        // Seen edge-on in line with the ray's origin, edge functions are noise, now and then of one
+        // sign. Whatever the ray truly crosses has it in the box of its sheared corners, exactly.
+        let beside = |a: f64, b: f64, c: f64| a.min(b).min(c) > 0.0 || a.max(b).max(c) < 0.0;
+        if beside(ax, bx, cx) || beside(ay, by, cy) {
             return None;
         }
         let inverse = 1.0 / determinant;

@@ -194,6 +194,26 @@ fn of_equal_distances_the_lowest_triangle_wins() {
 }
 
 #[test]
+fn a_triangle_without_area_in_line_with_the_origin_is_not_hit_elsewhere() {
+    // Exactly on one line: the edge functions are noise, of one sign for some directions.
+    let line = DVec3::new(1.0, 3.0, 5.0);
+    let corners: Vec<Vec3> = (3..13).map(|k| line.as_vec3() * k as f32).collect();
+    let triangles = (0..7).map(|i| [i, i + 1, i + 3]).collect();
+    let scene = placed(mesh(corners, triangles));
+    let tracer = Tracer::build(&scene).unwrap();
+    let mut rng = rng(3);
+    for _ in 0..10_000 {
+        let direction = unit_vector(&mut rng);
+        let along = direction.angle_between(line);
+        if along > 0.01 {
+            let ray = Ray::new(DVec3::ZERO, direction);
+            assert_eq!(tracer.closest(&ray), None);
+            assert_eq!(tracer.closest_brute_force(&ray), None);
+        }
+    }
+}
+
+#[test]
 fn both_ends_of_the_range_count() {
     let scene = placed(mesh(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]));
     let tracer = Tracer::build(&scene).unwrap();
