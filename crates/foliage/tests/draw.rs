@@ -2,12 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-mod common;
-
-use common::device;
 use dapple_foliage::partition::cpu::Threads;
 use dapple_foliage::partition::gpu::{CpuUpload, Extractor, Mapping};
 use dapple_foliage::partition::{Cells, FULL, FactorPath, quantise_all, reference};
+use dapple_gpu::testing::test_gpu;
 use dapple_gpu::{Gpu, Targets, wgpu};
 
 const WIDTH: u32 = 128;
@@ -91,7 +89,7 @@ impl LeafImage {
 
 #[test]
 fn the_leaves_drawn_are_the_leaves_kept() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let image = LeafImage::new(gpu);
     // Fewer leaves than texels: what lies beyond the last leaf must stay untouched.
     let cells = Cells::generate(4, 10_001, 512).unwrap();
@@ -120,7 +118,7 @@ fn the_leaves_drawn_are_the_leaves_kept() {
 /// The control: factors that are not those of the expectation show in the image.
 #[test]
 fn one_leaf_more_shows() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let image = LeafImage::new(gpu);
     let cells = Cells::with_sizes(4, &[100, 100]).unwrap();
     for mapping in Mapping::ALL {

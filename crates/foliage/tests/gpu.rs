@@ -2,15 +2,13 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-mod common;
-
-use common::device;
 use dapple_foliage::partition::cpu::Threads;
 use dapple_foliage::partition::gpu::{CpuUpload, Extractor, Mapping};
 use dapple_foliage::partition::{
     Cells, FULL, FactorPath, GUARD_WORDS, POISON, PartitionError, Ranges, quantise_all, reference,
     validate,
 };
+use dapple_gpu::testing::test_gpu;
 use dapple_gpu::{Gpu, GpuError};
 
 /// One frame of one mapping, read back and judged.
@@ -48,7 +46,7 @@ fn follow(gpu: &Gpu, cells: &Cells, path: FactorPath) {
 
 #[test]
 fn mappings_equal_the_reference_over_a_path_with_a_reset() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     for (leaves, n) in [
         (0, 0),
         (0, 1),
@@ -67,7 +65,7 @@ fn mappings_equal_the_reference_over_a_path_with_a_reset() {
 
 #[test]
 fn cells_around_the_limit_of_16_bit_factors() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let cells = Cells::with_sizes(2, &[65_535, 0, 65_536, 1, 65_537, 0]).unwrap();
     follow(gpu, &cells, FactorPath { seed: 8, frames: 6 });
 }
@@ -75,7 +73,7 @@ fn cells_around_the_limit_of_16_bit_factors() {
 /// Cells at the borders of tiles (2048) and of rows and lanes within them, and 49 tiles.
 #[test]
 fn scans_of_one_and_many_tiles() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     for n in [2_047, 2_048, 2_049, 4_097, 100_000] {
         let cells = Cells::generate(n as u64, 30_000, n).unwrap();
         follow(gpu, &cells, FactorPath { seed: 1, frames: 4 });
@@ -84,7 +82,7 @@ fn scans_of_one_and_many_tiles() {
 
 #[test]
 fn a_million_leaves() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let cells = Cells::generate(6, 1_000_000, 512).unwrap();
     let path = FactorPath { seed: 2, frames: 12 };
     for mapping in Mapping::ALL {
@@ -100,7 +98,7 @@ fn a_million_leaves() {
 /// More than 65,535 workgroups (one a cell) do not fit one dimension of a dispatch.
 #[test]
 fn more_cells_than_one_dimension_of_workgroups() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let n = gpu.limits().max_compute_workgroups_per_dimension as usize + 3;
     let cells = Cells::generate(5, 4 * n, n).unwrap();
     let mut extractor = Extractor::new(gpu, &cells, Mapping::WorkgroupPerCell).unwrap();
@@ -113,7 +111,7 @@ fn more_cells_than_one_dimension_of_workgroups() {
 
 #[test]
 fn cpu_upload_equals_the_reference_over_a_path_with_a_reset() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     for (leaves, n) in [(0, 0), (1, 1), (513, 511), (50_000, 512)] {
         let cells = Cells::generate(9, leaves, n).unwrap();
         let path = FactorPath { seed: 3, frames: 12 };
@@ -141,7 +139,7 @@ fn cpu_upload_equals_the_reference_over_a_path_with_a_reset() {
 /// Only factors cross to the device, 4 bytes a cell, whatever is kept.
 #[test]
 fn device_mappings_upload_factors_alone() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let cells = Cells::generate(6, 20_000, 512).unwrap();
     for mapping in Mapping::ALL {
         let mut extractor = Extractor::new(gpu, &cells, mapping).unwrap();
@@ -157,7 +155,7 @@ fn device_mappings_upload_factors_alone() {
 
 #[test]
 fn a_frame_before_any_factor_keeps_nothing() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let cells = Cells::generate(6, 2_000, 50).unwrap();
     for mapping in Mapping::ALL {
         let extractor = Extractor::new(gpu, &cells, mapping).unwrap();
@@ -175,7 +173,7 @@ fn a_frame_before_any_factor_keeps_nothing() {
 /// Bad input leaves the extractor as it was.
 #[test]
 fn bad_input_is_refused() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let cells = Cells::generate(6, 2_000, 50).unwrap();
     let bad = Cells { starts: vec![0, 1], leaf_ids: vec![7] };
     for mapping in Mapping::ALL {
@@ -204,7 +202,7 @@ fn bad_input_is_refused() {
 /// Index buffers that the device cannot bind are refused by the limit's name.
 #[test]
 fn more_leaves_than_a_binding_holds_are_refused_by_name() {
-    let Some((gpu, _turn)) = device() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let limits = gpu.limits();
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let leaves = (bytes / 24 + 1) as usize;

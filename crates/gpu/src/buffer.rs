@@ -3,7 +3,7 @@
 use bytemuck::Pod;
 use wgpu::BufferUsages as Usage;
 
-use crate::{Gpu, GpuError};
+use crate::{Gpu, GpuError, device::WAIT};
 
 /// Every byte of a new buffer: as f32 -2.9e-16, as u32 2,779,096,485, so that an unwritten word
 /// stands out in any result.
@@ -121,10 +121,11 @@ impl Gpu {
             let _ = sender.send(result);
         });
         self.wait("read-back", submission)?;
-        match receiver.try_recv() {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => return Err(self.check().err().unwrap_or(fail(error.to_string()))),
-            Err(error) => return Err(self.check().err().unwrap_or(fail(error.to_string()))),
+        // Not `try_recv`: where two threads share the device, the other one's poll may still be
+        // running our callback when our own wait returns.
+        let mapped = receiver.recv_timeout(WAIT).map_err(|e| e.to_string());
+        if let Err(message) = mapped.and_then(|result| result.map_err(|e| e.to_string())) {
+            return Err(self.check().err().unwrap_or(fail(message)));
         }
         let view = staging.slice(..).get_mapped_range().map_err(|e| fail(e.to_string()))?;
         let result = take(&view);

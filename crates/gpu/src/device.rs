@@ -10,7 +10,7 @@ use crate::probe::{self, Abilities};
 use crate::{GpuError, buffer};
 
 /// How long any wait may take before [`GpuError::Timeout`].
-const WAIT: Duration = Duration::from_secs(120);
+pub(crate) const WAIT: Duration = Duration::from_secs(120);
 
 /// Optional features that techniques use; each is asked for where the adapter has it.
 const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY

@@ -352,3 +352,19 @@ fn probes_of_this_adapter_are_consistent() {
         assert!(a.f32_division_rne && a.notes.is_empty());
     }
 }
+
+#[test]
+fn threads_that_share_a_device_each_read_their_own() {
+    let Some(gpu) = test_gpu() else { return };
+    std::thread::scope(|scope| {
+        for thread in 0..4_u32 {
+            scope.spawn(move || {
+                for turn in 0..50 {
+                    let words = [thread, turn, thread ^ turn, 7];
+                    let buffer = gpu.upload("shared", &words).unwrap();
+                    assert_eq!(gpu.read::<u32>(&buffer, 0, 4).unwrap(), words);
+                }
+            });
+        }
+    });
+}
