@@ -15,6 +15,7 @@ macro_rules! files {
 
 /// Every embedded file: path under `shaders/`, text as written (imports not resolved).
 pub const FILES: &[(&str, &str)] = files![
+    "common/channels.wgsl",
     "common/index.wgsl",
     "common/kept_counts.wgsl",
     "common/partition.wgsl",
@@ -25,12 +26,22 @@ pub const FILES: &[(&str, &str)] = files![
     "foliage/thread_per_cell.wgsl",
     "foliage/thread_per_leaf.wgsl",
     "foliage/workgroup_per_cell.wgsl",
+    "common/moments.wgsl",
+    "common/precise.wgsl",
+    "common/visibility.wgsl",
+    "common/window.wgsl",
     "gpu/arithmetic.wgsl",
     "gpu/copy.wgsl",
     "gpu/f16_store.wgsl",
     "gpu/loops.wgsl",
     "gpu/triangle.wgsl",
     "gpu/work.wgsl",
+    "shadows/depth.wgsl",
+    "shadows/depth_copy.wgsl",
+    "shadows/filter_x.wgsl",
+    "shadows/filter_y.wgsl",
+    "shadows/pack.wgsl",
+    "shadows/shade.wgsl",
 ];
 
 /// The text of `path` (for example `"shadows/box.wgsl"`) with its imports put in.
