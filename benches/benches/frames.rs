@@ -1,0 +1,30 @@
+//! Frame times of every technique, on checked cases.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+
+const SHADOWS: &str = r#"
+about = "shadow filters on one chapter scene"
+[[measure]]
+problem = "shadow-filtering"
+scenes = ["spheres"]
+parameters = { width = [192] }
+knobs = { resolution = [512] }
+"#;
+
+const PARTITION: &str = r#"
+about = "partition offsets of the thesis's largest crown"
+[[measure]]
+problem = "partition-offsets"
+parameters = { leaves = [131042], frames = [24] }
+"#;
+
+fn shadows(criterion: &mut Criterion) {
+    dapple_benches::sweep(criterion, "shadows", SHADOWS);
+}
+
+fn partition(criterion: &mut Criterion) {
+    dapple_benches::sweep(criterion, "partition", PARTITION);
+}
+
+criterion_group!(frames, shadows, partition);
+criterion_main!(frames);

@@ -1,0 +1,211 @@
+//! Rows as tables: fronts, failures, notes.
+
+use crate::{args::Format, output::Table};
+use anyhow::Result;
+use dapple_records::{
+    Row, Status,
+    front::{self, Constraint, Front},
+};
+use dapple_suite::{SuiteError, problem::Spec, problems};
+use std::collections::BTreeMap;
+
+/// What to print of a set of rows.
+pub struct View<'a> {
+    /// Error metric; the problem's axis if `None`.
+    pub metric: Option<&'a str>,
+    /// Print dominated settings too.
+    pub all: bool,
+    /// Output format.
+    pub format: Format,
+}
+
+/// Prints the fronts of every problem among the rows, then what is not in them and why.
+pub fn print_fronts(rows: &[Row], view: &View<'_>) -> Result<()> {
+    let mut by_problem: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
+    for row in rows {
+        by_problem.entry(&row.problem).or_default().push(row);
+    }
+    for (id, rows) in by_problem {
+        let Ok(problem) = problems::find(id) else {
+            eprintln!("{} rows of `{id}`, which this program does not know", rows.len());
+            continue;
+        };
+        let spec = problem.spec();
+        let metric = view.metric.unwrap_or(spec.axis);
+        if !spec.metrics.iter().any(|m| m.name == metric) {
+            let known = spec.metrics.iter().map(|m| m.name);
+            return Err(SuiteError::unknown("metric", metric, known).into());
+        }
+        print_problem(spec, metric, &rows, view)?;
+    }
+    Ok(())
+}
+
+fn print_problem(spec: &Spec, metric: &str, rows: &[&Row], view: &View<'_>) -> Result<()> {
+    let constraints: Vec<_> = spec
+        .constraints
+        .iter()
+        .map(|c| Constraint { name: c.metric.into(), at_most: c.limit })
+        .collect();
+    let mut machine_readable = Table::new(&COLUMNS);
+    // The clocks are never mixed in one front: device time leaves out what the host waits for.
+    for clock in ["gpu", "wall"] {
+        let rows: Vec<&Row> =
+            rows.iter().copied().filter(|r| r.status == Status::Ok && r.clock == clock).collect();
+        let fronts = front::constrained(&rows, metric, clock, &constraints);
+        for front in &fronts.fronts {
+            if view.format == Format::Table {
+                let mut table = Table::new(&COLUMNS);
+                fill(&mut table, front, &rows, view.all);
+                if !table.is_empty() {
+                    title(spec, metric, front, clock);
+                    table.print(view.format)?;
+                    dominated_note(front, &rows, view.all);
+                    println!();
+                }
+            } else {
+                fill(&mut machine_readable, front, &rows, view.all);
+            }
+            for excluded in &front.excluded {
+                eprintln!("not ranked: {}: {}", label(rows[excluded.index]), excluded.reason);
+            }
+        }
+    }
+    if view.format != Format::Table {
+        machine_readable.print(view.format)?;
+    }
+    print_missing(rows);
+    Ok(())
+}
+
+const COLUMNS: [&str; 10] =
+    ["technique", "form", "time", "± MAD", "ratio", "error", "leak", "memory", "knobs", "on front"];
+
+fn title(spec: &Spec, metric: &str, front: &Front, clock: &str) {
+    let key = &front.key;
+    let unit = spec.metrics.iter().find(|m| m.name == metric).map_or("", |m| m.unit);
+    let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+    println!(
+        "{}: {} {}  {}\n  error: {metric}{unit} against {}\n  device: {} ({}), {clock} clock",
+        spec.id, key.case, key.view, key.size, key.truth, key.adapter, key.device
+    );
+}
+
+fn fill(table: &mut Table, front: &Front, rows: &[&Row], all: bool) {
+    for point in front.points.iter().filter(|p| all || p.on_front) {
+        let row = rows[point.index];
+        let leak = row.errors.get("leak").map_or(serde_json::Value::Null, |v| (*v).into());
+        table.row([
+            format!("{}/{}", row.technique, row.variant).into(),
+            row.form.clone().into(),
+            duration(point.time_ns).into(),
+            duration(point.mad_ns).into(),
+            row.ratio.into(),
+            point.error.into(),
+            leak,
+            bytes(row.memory_bytes).into(),
+            knobs(row).into(),
+            if point.on_front { "*" } else { "" }.into(),
+        ]);
+    }
+}
+
+/// The knobs in which settings differ from the technique's defaults; all others are defaults.
+fn knobs(row: &Row) -> String {
+    let technique = problems::find(&row.problem).and_then(|p| p.spec().technique(&row.technique));
+    let default = |name: &str| {
+        let knob = technique.as_ref().ok()?.knobs.iter().find(|k| k.name == name)?;
+        Some(knob.default_value())
+    };
+    row.knobs
+        .iter()
+        .filter(|(name, value)| default(name).as_ref() != Some(value))
+        .map(|(name, value)| match value.as_str() {
+            Some(word) => format!("{name}={word}"),
+            None => format!("{name}={value}"),
+        })
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Names what is dominated, and by what, in one line a technique.
+fn dominated_note(front: &Front, rows: &[&Row], all: bool) {
+    if all {
+        return;
+    }
+    let on_front: Vec<_> =
+        front.points.iter().filter(|p| p.on_front).map(|p| &rows[p.index].technique).collect();
+    let mut beaten: BTreeMap<&str, &str> = BTreeMap::new();
+    for point in &front.points {
+        let row = rows[point.index];
+        if let Some(by) = point.dominated_by.filter(|_| !on_front.contains(&&row.technique)) {
+            beaten.insert(&row.technique, &rows[front.points[by].index].technique);
+        }
+    }
+    if !beaten.is_empty() {
+        let list: Vec<_> = beaten.iter().map(|(a, b)| format!("{a} (by {b})")).collect();
+        println!("dominated: {}", list.join(", "));
+    }
+}
+
+/// What failed and what was not run, one line a reason: a case that cannot be prepared fails all
+/// its settings for the same one.
+fn print_missing(rows: &[&Row]) {
+    let mut reasons: BTreeMap<(&str, String), Vec<&Row>> = BTreeMap::new();
+    for row in rows {
+        match &row.status {
+            Status::Ok => {}
+            Status::Failed { stage, reason } => {
+                reasons.entry(("failed", format!("{stage}: {reason}"))).or_default().push(row);
+            }
+            Status::NotRun { reason } => {
+                reasons.entry(("not run", reason.clone())).or_default().push(row);
+            }
+        }
+    }
+    for ((outcome, reason), rows) in reasons {
+        let who = match rows.as_slice() {
+            [row] => label(row),
+            rows => format!("{} settings", rows.len()),
+        };
+        eprintln!("{outcome}: {who}: {reason}");
+    }
+}
+
+/// A row in a few words.
+pub fn label(row: &Row) -> String {
+    format!("{} {}/{} ({})", row.case, row.technique, row.variant, row.form)
+}
+
+/// A duration with a unit that leaves one to three digits before the point.
+pub fn duration(ns: f64) -> String {
+    match ns {
+        ns if ns < 1e3 => format!("{ns:.0} ns"),
+        ns if ns < 1e6 => format!("{:.1} µs", ns / 1e3),
+        ns if ns < 1e9 => format!("{:.2} ms", ns / 1e6),
+        ns => format!("{:.2} s", ns / 1e9),
+    }
+}
+
+fn bytes(bytes: u64) -> String {
+    match bytes as f64 {
+        b if b < 1024.0 => format!("{b} B"),
+        b if b < 1024.0 * 1024.0 => format!("{:.1} KiB", b / 1024.0),
+        b => format!("{:.1} MiB", b / (1024.0 * 1024.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_fit_the_size() {
+        assert_eq!(duration(12.0), "12 ns");
+        assert_eq!(duration(1_500.0), "1.5 µs");
+        assert_eq!(duration(2_500_000.0), "2.50 ms");
+        assert_eq!(duration(3e9), "3.00 s");
+        assert_eq!(bytes(1536), "1.5 KiB");
+        assert_eq!(bytes(3 << 20), "3.0 MiB");
+    }
+}

@@ -1,0 +1,116 @@
+//! Tables for people, JSON lines and CSV for programs, all from the same cells.
+
+use crate::args::Format;
+use anyhow::{Context, Result};
+use comfy_table::{CellAlignment, ContentArrangement, Table as Comfy, presets};
+use serde_json::{Map, Value};
+use std::io::{IsTerminal, Write};
+
+/// Columns and rows; a cell is JSON so that numbers stay numbers.
+pub struct Table {
+    columns: Vec<&'static str>,
+    rows: Vec<Vec<Value>>,
+}
+
+impl Table {
+    /// An empty table with these columns.
+    pub fn new(columns: &[&'static str]) -> Self {
+        Self { columns: columns.to_vec(), rows: Vec::new() }
+    }
+
+    /// Adds a row, one cell a column.
+    pub fn row(&mut self, cells: impl Into<Vec<Value>>) {
+        self.rows.push(cells.into());
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Prints the table on standard output.
+    pub fn print(&self, format: Format) -> Result<()> {
+        let mut out = std::io::stdout().lock();
+        match format {
+            Format::Table => writeln!(out, "{}", self.comfy())?,
+            Format::Jsonl => {
+                for row in &self.rows {
+                    let object: Map<String, Value> =
+                        self.columns.iter().map(ToString::to_string).zip(row.clone()).collect();
+                    writeln!(out, "{}", Value::Object(object))?;
+                }
+            }
+            Format::Csv => {
+                let mut csv = csv::Writer::from_writer(out);
+                csv.write_record(&self.columns)?;
+                for row in &self.rows {
+                    csv.write_record(row.iter().map(|c| plain(c, false)))?;
+                }
+                csv.flush().context("writing standard output")?;
+            }
+        }
+        Ok(())
+    }
+
+    fn comfy(&self) -> Comfy {
+        let mut table = Comfy::new();
+        table.load_preset(presets::NOTHING).set_header(&self.columns);
+        if std::io::stdout().is_terminal() {
+            table.set_content_arrangement(ContentArrangement::Dynamic);
+        }
+        for row in &self.rows {
+            table.add_row(row.iter().map(|c| plain(c, true)));
+        }
+        for (i, column) in table.column_iter_mut().enumerate() {
+            if self.rows.iter().any(|row| row.get(i).is_some_and(Value::is_number)) {
+                column.set_cell_alignment(CellAlignment::Right);
+            }
+        }
+        table
+    }
+}
+
+/// A cell's text. For people, floats keep four significant digits.
+fn plain(cell: &Value, short: bool) -> String {
+    match cell {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        Value::Number(number) if short && number.is_f64() => {
+            number.as_f64().map(significant).unwrap_or_default()
+        }
+        other => other.to_string(),
+    }
+}
+
+/// Four significant digits, without an exponent where that stays readable.
+pub fn significant(x: f64) -> String {
+    let magnitude = x.abs();
+    if x == 0.0 {
+        "0".into()
+    } else if !(1e-4..1e6).contains(&magnitude) {
+        format!("{x:.2e}")
+    } else {
+        // In range, the exponent lies in -4..=5.
+        let digits = (3 - magnitude.log10().floor() as i32).max(0) as usize;
+        format!("{x:.digits$}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::significant;
+
+    #[test]
+    fn numbers_keep_four_digits() {
+        for (x, text) in [
+            (0.0, "0"),
+            (0.012345, "0.01235"),
+            (-3.14159, "-3.142"),
+            (123456.0, "123456"),
+            (1e-9, "1.00e-9"),
+            (2.5e7, "2.50e7"),
+        ] {
+            assert_eq!(significant(x), text);
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! `dapple measure`, and the child process it starts for each group.
+
+use crate::{
+    Outcome,
+    args::{self, CaseArgs},
+    figures,
+};
+use anyhow::Result;
+use dapple_records::Status;
+use dapple_suite::{
+    SuiteError,
+    case::{self, Source},
+    knob::{self, Knob},
+    plan::Plan,
+    problem::{Form, Spec},
+    problems,
+    run::{
+        self, Options, Progress,
+        protocol::{Fault, FaultKind},
+    },
+    sweep::{self, Measure, Pick, Sweep},
+};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::Value;
+use std::{
+    collections::BTreeMap,
+    io::IsTerminal,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+/// Measures a sweep or a problem and prints the fronts of the run.
+pub fn run(args: &args::Measure) -> Result<Outcome> {
+    let plan = plan(args)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    // Where no handler can be set, Ctrl-C still ends the program, and the records still resume.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let options = Options {
+        records: args.records.clone(),
+        adapter: args.adapter.clone(),
+        command: command_line(),
+        program: std::env::current_exe().map_err(SuiteError::io("finding this program"))?,
+        arguments: vec!["run-group".into()],
+        fresh: args.fresh,
+        fault: args.fault.as_deref().map(fault).transpose()?,
+    };
+    let bar = progress_bar(plan.rows());
+    let finished = run::run(&plan, &options, &stop, &mut |progress| show(&bar, &progress));
+    bar.finish_and_clear();
+    let finished = finished?;
+    let rows = dapple_records::read_file(&finished.path)?.rows;
+    let view = figures::View { metric: None, all: true, format: args.format };
+    figures::print_fronts(&rows, &view)?;
+    eprintln!("records: {}", finished.path.display());
+    if let Some((_, code)) = finished.failed_groups.first() {
+        return Ok(Outcome::Code(*code));
+    }
+    let failed = rows.iter().any(|row| matches!(row.status, Status::Failed { .. }));
+    Ok(if failed { Outcome::CheckFailed } else { Outcome::Ok })
+}
+
+/// The child's side.
+pub fn serve() -> Result<Outcome> {
+    // The lock is not held across the job: a driver may print on standard output too.
+    run::serve(&mut std::io::stdin(), &mut std::io::stdout())?;
+    Ok(Outcome::Ok)
+}
+
+fn command_line() -> String {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    format!("dapple {}", arguments.join(" "))
+}
+
+fn plan(args: &args::Measure) -> Result<Plan, SuiteError> {
+    let (name, mut sweep) = match (&args.sweep, &args.problem) {
+        (Some(name), _) => sweep::load(name)?,
+        (None, Some(problem)) => (problem.clone(), ad_hoc(problem, args)?),
+        (None, None) => {
+            let known: Vec<_> = problems::ALL.iter().map(|p| p.spec().id).collect();
+            let known = known.join(", ");
+            return Err(SuiteError::Usage(format!("give a problem ({known}) or --sweep")));
+        }
+    };
+    if let Some(repeats) = args.repeats {
+        sweep.repeats = repeats;
+    }
+    sweep.plan(&name)
+}
+
+fn ad_hoc(problem: &str, args: &args::Measure) -> Result<Sweep, SuiteError> {
+    let spec = problems::find(problem)?.spec();
+    // A sweep passes over data that are not at hand; a scene asked for by name must be there.
+    for scene in &args.case.scene {
+        if let Source::MissingData(path) = case::source(scene)? {
+            return Err(case::missing_data(&path));
+        }
+    }
+    let mut measure = measure_block(spec, &args.case)?;
+    measure.forms = args.form.iter().map(|f| form(f)).collect::<Result<_, _>>()?;
+    let knobs: Vec<Knob> = spec.techniques.iter().flat_map(|t| t.knobs).copied().collect();
+    measure.knobs = lists("knob", &knobs, &args.knob)?;
+    measure.technique = args.technique.iter().map(|t| pick(t)).collect();
+    Ok(Sweep { about: String::new(), repeats: 5, limit_s: 600, measure: vec![measure] })
+}
+
+/// The block of a sweep that the case's flags describe.
+pub fn measure_block(spec: &Spec, case: &CaseArgs) -> Result<Measure, SuiteError> {
+    Ok(Measure {
+        problem: spec.id.into(),
+        scenes: case.scene.clone(),
+        views: case.view.iter().cloned().collect(),
+        seeds: case.seed.iter().copied().collect(),
+        parameters: lists("parameter", spec.parameters, &case.parameters)?,
+        forms: Vec::new(),
+        knobs: BTreeMap::new(),
+        technique: Vec::new(),
+    })
+}
+
+/// A form by name.
+pub fn form(name: &str) -> Result<Form, SuiteError> {
+    match name {
+        "reference" => Ok(Form::Reference),
+        "cpu" => Ok(Form::Cpu),
+        "gpu" => Ok(Form::Gpu),
+        _ => Err(SuiteError::unknown("form", name, ["reference", "cpu", "gpu"])),
+    }
+}
+
+/// `TECHNIQUE` or `TECHNIQUE/VARIANT`.
+pub fn pick(text: &str) -> Pick {
+    let (id, variant) = text.split_once('/').map_or((text, None), |(id, v)| (id, Some(v)));
+    Pick {
+        id: id.into(),
+        variants: variant.map(Into::into).into_iter().collect(),
+        knobs: BTreeMap::new(),
+    }
+}
+
+/// Reads `NAME=A,B` flags into lists of values.
+pub fn lists(
+    what: &'static str,
+    knobs: &[Knob],
+    flags: &[String],
+) -> Result<BTreeMap<String, Vec<Value>>, SuiteError> {
+    let mut lists: BTreeMap<String, Vec<Value>> = BTreeMap::new();
+    for flag in flags {
+        let (name, values) = flag.split_once('=').unwrap_or((flag, ""));
+        for value in values.split(',') {
+            let assignment =
+                if flag.contains('=') { format!("{name}={value}") } else { flag.clone() };
+            let (name, value) = knob::parse_assignment(what, knobs, &assignment)?;
+            lists.entry(name).or_default().push(value);
+        }
+    }
+    Ok(lists)
+}
+
+fn fault(text: &str) -> Result<Fault, SuiteError> {
+    let kinds = [("crash", FaultKind::Crash), ("hang", FaultKind::Hang)];
+    text.split_once(':')
+        .and_then(|(kind, technique)| {
+            let kind = kinds.iter().find(|k| k.0 == kind)?.1;
+            Some(Fault { kind, technique: technique.into() })
+        })
+        .ok_or_else(|| SuiteError::Usage(format!("fault `{text}`: expected crash:TECHNIQUE")))
+}
+
+fn progress_bar(rows: usize) -> ProgressBar {
+    let bar = ProgressBar::new(rows as u64);
+    if !std::io::stderr().is_terminal() {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed}<{eta} {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(bar: &ProgressBar, progress: &Progress<'_>) {
+    match progress {
+        Progress::Started { path, resumed, .. } => {
+            bar.set_position(*resumed as u64);
+            if *resumed > 0 {
+                bar.suspend(|| eprintln!("resuming {}: {resumed} rows are there", path.display()));
+            }
+        }
+        Progress::Group(title) => bar.set_message((*title).to_string()),
+        Progress::Stage { setting, stage } => bar.set_message(format!("{stage} {setting}")),
+        Progress::Note(text) => bar.suspend(|| eprintln!("note: {text}")),
+        Progress::Row(_) => bar.inc(1),
+    }
+}

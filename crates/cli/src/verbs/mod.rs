@@ -1,0 +1,33 @@
+//! One module a verb.
+
+pub mod claims;
+pub mod doctor;
+pub mod front;
+pub mod list;
+pub mod measure;
+pub mod render;
+pub mod scene;
+pub mod status;
+pub mod verify;
+
+use dapple_gpu::{AdapterChoice, Gpu, GpuError};
+
+/// The adapter a flag names, or the best.
+pub fn choice(adapter: Option<&String>) -> AdapterChoice {
+    adapter.map_or(AdapterChoice::Auto, |name| AdapterChoice::Named(name.clone()))
+}
+
+/// Opens the adapter. Without one, says so on standard error and goes on without, unless one was
+/// asked for by name or the environment demands one.
+pub fn open_gpu(adapter: Option<&String>) -> Result<Option<Gpu>, dapple_suite::SuiteError> {
+    match Gpu::open(&choice(adapter)) {
+        Ok(gpu) => Ok(Some(gpu)),
+        Err(error @ (GpuError::NoAdapter { .. } | GpuError::Unsound { .. }))
+            if adapter.is_none() && std::env::var_os("DAPPLE_REQUIRE_GPU").is_none() =>
+        {
+            eprintln!("gpu forms are not run: {error}");
+            Ok(None)
+        }
+        Err(error) => Err(error.into()),
+    }
+}

@@ -1,0 +1,109 @@
+//! `dapple render`: one technique on one case as pictures.
+
+use crate::{
+    Outcome, args,
+    output::significant,
+    verbs::{
+        measure::{form, lists, measure_block, pick},
+        open_gpu,
+    },
+};
+use anyhow::Result;
+use dapple_suite::{
+    SuiteError,
+    problem::{Form, Picture},
+    problems,
+    sweep::Sweep,
+};
+use image::{GrayImage, ImageError, Luma, Rgb, RgbImage};
+use std::{fs, path::Path};
+
+/// Renders result, truth and signed error map.
+pub fn run(args: &args::Render) -> Result<Outcome> {
+    let problem = problems::find(&args.problem)?;
+    let spec = problem.spec();
+    let chosen = pick(&args.technique);
+    let technique = spec.technique(&chosen.id)?;
+    let form = form(&args.form)?;
+    let mut block = measure_block(spec, &args.case)?;
+    block.knobs = lists("knob", technique.knobs, &args.knob)?;
+    block.technique = vec![chosen];
+    block.forms = vec![form];
+    let sweep = Sweep { about: String::new(), repeats: 1, limit_s: 600, measure: vec![block] };
+    let plan = sweep.plan("render").map_err(|e| match e {
+        // The technique exists, so an empty plan means that it has no such form.
+        SuiteError::Usage(_) => {
+            let forms: Vec<_> = technique.forms.iter().map(ToString::to_string).collect();
+            SuiteError::unknown("form", &args.form, forms.iter().map(String::as_str))
+        }
+        e => e,
+    })?;
+    let group = &plan.groups[0];
+    let gpu = if form == Form::Gpu { open_gpu(args.adapter.as_ref())? } else { None };
+    let prepared = problem.prepare(&group.case, gpu.as_ref())?;
+    let facts = prepared.facts();
+    for note in &facts.notes {
+        eprintln!("note: {note}");
+    }
+    let mut subject = prepared.subject(&group.settings[0])?;
+    let checked = subject.check()?;
+    let picture = subject.picture()?.ok_or_else(|| {
+        SuiteError::Usage(format!("{} has no picture: its output is not an image", spec.id))
+    })?;
+    fs::create_dir_all(&args.output)
+        .map_err(SuiteError::io(format!("making {}", args.output.display())))?;
+    write(&picture, &args.output)?;
+    println!("{}: {} against {}", group.settings[0], group.case.name(), facts.truth);
+    for metric in spec.metrics {
+        if let Some(value) = checked.errors.get(metric.name) {
+            println!("  {:<16} {:>10} {}", metric.name, significant(*value), metric.unit);
+        }
+    }
+    for violation in &checked.violations {
+        println!("  violated: {violation}");
+    }
+    println!("pictures: {}", args.output.display());
+    Ok(if checked.violations.is_empty() { Outcome::Ok } else { Outcome::CheckFailed })
+}
+
+fn write(picture: &Picture, folder: &Path) -> Result<(), SuiteError> {
+    let index = |x: u32, y: u32| (y * picture.width + x) as usize;
+    let grey = |values: &[f32]| {
+        GrayImage::from_fn(picture.width, picture.height, |x, y| {
+            Luma([(values[index(x, y)].clamp(0.0, 1.0) * 255.0).round() as u8])
+        })
+    };
+    let error = RgbImage::from_fn(picture.width, picture.height, |x, y| {
+        let i = index(x, y);
+        Rgb(signed_colour(picture.result[i] - picture.truth[i]))
+    });
+    let save = |name: &str, saved: Result<(), ImageError>| {
+        saved.map_err(|e| {
+            let source = std::io::Error::other(e.to_string());
+            SuiteError::Io { what: format!("writing {}", folder.join(name).display()), source }
+        })
+    };
+    save("result.png", grey(&picture.result).save(folder.join("result.png")))?;
+    save("truth.png", grey(&picture.truth).save(folder.join("truth.png")))?;
+    save("error.png", error.save(folder.join("error.png")))
+}
+
+/// White where right, orange where too light, blue where too dark: a pair that stays apart for
+/// the colour-blind.
+fn signed_colour(error: f32) -> [u8; 3] {
+    let strength = error.abs().min(1.0).sqrt();
+    let full = if error > 0.0 { [230.0, 97.0, 1.0] } else { [38.0, 87.0, 184.0_f32] };
+    full.map(|channel| (255.0 + (channel - 255.0) * strength).round() as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::signed_colour;
+
+    #[test]
+    fn no_error_is_white_and_signs_differ() {
+        assert_eq!(signed_colour(0.0), [255; 3]);
+        assert_eq!(signed_colour(1.0), [230, 97, 1]);
+        assert_eq!(signed_colour(-1.0), [38, 87, 184]);
+    }
+}

@@ -1,0 +1,136 @@
+//! `dapple verify`.
+
+use crate::{
+    Outcome,
+    args::{self, VerifyFormat},
+    output::{Table, significant},
+    verbs::open_gpu,
+};
+use anyhow::Result;
+use dapple_suite::{
+    SuiteError,
+    problem::Problem,
+    problems,
+    verify::{self, GateContext, GateReport, Outcome as GateOutcome},
+};
+
+/// Random cases a property unless asked otherwise.
+const DEFAULT_CASES: u32 = 64;
+
+/// Runs the gates; exit 1 if one is broken, a control was missed, or a technique has none.
+pub fn run(args: &args::Verify) -> Result<Outcome> {
+    let chosen: Vec<&'static dyn Problem> = match &args.problem {
+        Some(id) => vec![problems::find(id)?],
+        None => problems::ALL.to_vec(),
+    };
+    if let Some(technique) = &args.technique {
+        let known: Vec<_> = chosen.iter().flat_map(|p| p.spec().techniques).map(|t| t.id).collect();
+        if !known.contains(&technique.as_str()) {
+            return Err(SuiteError::unknown("technique", technique, known).into());
+        }
+    }
+    let gpu = open_gpu(args.adapter.as_ref())?;
+    let environment = std::env::var("PROPTEST_CASES").ok().and_then(|text| text.parse().ok());
+    let context = GateContext {
+        gpu: gpu.as_ref(),
+        cases: args.cases.or(environment).unwrap_or(DEFAULT_CASES).max(1),
+        seed: args.seed,
+    };
+    let reports = verify::run(&chosen, args.technique.as_deref(), &context, |report| {
+        if !report.is_ok() {
+            eprintln!("{} {}: {:?}", report.technique, report.gate, report.outcome);
+        }
+    });
+    match args.format {
+        VerifyFormat::Table => print_table(&reports)?,
+        VerifyFormat::Jsonl => {
+            for report in &reports {
+                println!("{}", serde_json::to_string(report)?);
+            }
+        }
+        VerifyFormat::Junit => print!("{}", junit(&reports)),
+    }
+    let mut ok = reports.iter().all(GateReport::is_ok);
+    for problem in &chosen {
+        let holes =
+            if args.technique.is_none() { verify::ungated(*problem, &reports) } else { Vec::new() };
+        for technique in holes {
+            eprintln!("{}: nothing was checked for {technique}", problem.spec().id);
+            ok = false;
+        }
+    }
+    let checked: u64 = reports.iter().map(|r| r.checked).sum();
+    let count = |o: GateOutcome| reports.iter().filter(|r| r.outcome == o).count();
+    let broken = reports.iter().filter(|r| !r.is_ok()).count();
+    eprintln!(
+        "{} gates passed with their controls, {broken} broken, {} not run; {checked} checks",
+        count(GateOutcome::Passed),
+        count(GateOutcome::NotRun),
+    );
+    if checked == 0 {
+        eprintln!("nothing was checked");
+        ok = false;
+    }
+    Ok(if ok { Outcome::Ok } else { Outcome::CheckFailed })
+}
+
+fn print_table(reports: &[GateReport]) -> Result<()> {
+    let mut table =
+        Table::new(&["technique", "gate", "outcome", "checked", "worst", "bound", "fault caught"]);
+    for r in reports {
+        let caught = match r.outcome {
+            GateOutcome::Passed => format!("{} ({}x)", r.fault, r.control_failed),
+            GateOutcome::NotRun => String::new(),
+            GateOutcome::ControlMissed => format!("MISSED: {}", r.fault),
+            _ => r.detail.clone(),
+        };
+        let outcome = serde_json::to_value(r.outcome)?;
+        table.row([
+            r.technique.clone().into(),
+            r.gate.clone().into(),
+            outcome,
+            r.checked.into(),
+            r.worst.map(significant).into(),
+            r.bound.map(significant).into(),
+            caught.into(),
+        ]);
+    }
+    table.print(args::Format::Table)
+}
+
+/// JUnit's XML, one suite a problem.
+fn junit(reports: &[GateReport]) -> String {
+    let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
+    let mut problems: Vec<_> = reports.iter().map(|r| r.problem).collect();
+    problems.dedup();
+    for problem in problems {
+        let of: Vec<_> = reports.iter().filter(|r| r.problem == problem).collect();
+        let failures = of.iter().filter(|r| !r.is_ok()).count();
+        let skipped = of.iter().filter(|r| r.outcome == GateOutcome::NotRun).count();
+        xml += &format!(
+            "  <testsuite name=\"{problem}\" tests=\"{}\" failures=\"{failures}\" skipped=\"{skipped}\">\n",
+            of.len()
+        );
+        for r in of {
+            let (class, name) = (escape(&r.technique), escape(&r.gate));
+            xml += &format!("    <testcase classname=\"{problem}.{class}\" name=\"{name}\"");
+            xml += &match r.outcome {
+                GateOutcome::Passed => "/>\n".to_string(),
+                GateOutcome::NotRun => {
+                    format!("><skipped message=\"{}\"/></testcase>\n", escape(&r.detail))
+                }
+                outcome => format!(
+                    "><failure message=\"{outcome:?}: {}\"/></testcase>\n",
+                    escape(&r.detail)
+                ),
+            };
+        }
+        xml += "  </testsuite>\n";
+    }
+    xml + "</testsuites>\n"
+}
+
+fn escape(text: &str) -> String {
+    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    text.replace('>', "&gt;").replace('"', "&quot;")
+}

@@ -1,0 +1,131 @@
+//! Hypotheses of the sources, each with the code that judges it.
+
+use crate::{SuiteError, problem::Problem};
+use dapple_gpu::Gpu;
+use serde::Serialize;
+use std::fmt;
+
+/// What a claim's judge may use.
+pub struct ClaimContext<'a> {
+    /// The graphics device, where there is one.
+    pub gpu: Option<&'a Gpu>,
+    /// Whether that device is hardware: claims about speed are judged on hardware only.
+    pub hardware: bool,
+}
+
+/// How a hypothesis fared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The figures agree with the statement.
+    Reproduced,
+    /// The figures contradict it.
+    Refuted,
+    /// The figures do not decide.
+    Open,
+    /// It is about the speed of hardware that is not at hand.
+    NeedsHardware,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Reproduced => "reproduced",
+            Self::Refuted => "refuted",
+            Self::Open => "open",
+            Self::NeedsHardware => "needs hardware",
+        })
+    }
+}
+
+/// One figure behind a verdict.
+#[derive(Clone, Debug, Serialize)]
+pub struct Figure {
+    /// What was measured, with scene and setting.
+    pub what: String,
+    /// Its value.
+    pub value: f64,
+    /// Unit, empty for a pure number.
+    pub unit: &'static str,
+}
+
+/// A verdict with its figures.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// The verdict, computed from the figures.
+    pub verdict: Verdict,
+    /// The figures.
+    pub figures: Vec<Figure>,
+    /// One sentence: why this verdict.
+    pub because: String,
+}
+
+/// The code that judges a claim.
+pub type Judge = Box<dyn Fn(&ClaimContext<'_>) -> Result<Judged, SuiteError> + Send + Sync>;
+
+/// A hypothesis of a source.
+pub struct Claim {
+    /// Id, e.g. `gumbau-H7.3`.
+    pub id: &'static str,
+    /// The statement in our words.
+    pub statement: &'static str,
+    /// Where it stands in the source.
+    pub place: &'static str,
+    /// How it is judged here, with the threshold.
+    pub method: &'static str,
+    /// The judge.
+    pub judge: Judge,
+}
+
+/// One line of `claims`' report.
+#[derive(Clone, Debug, Serialize)]
+pub struct ClaimReport {
+    /// Problem id.
+    pub problem: &'static str,
+    /// Claim id.
+    pub id: &'static str,
+    /// The statement.
+    pub statement: &'static str,
+    /// Where it stands.
+    pub place: &'static str,
+    /// How it is judged.
+    pub method: &'static str,
+    /// The verdict; `None` if the judge could not run.
+    pub verdict: Option<Verdict>,
+    /// Why, or what went wrong.
+    pub because: String,
+    /// The figures.
+    pub figures: Vec<Figure>,
+}
+
+/// Judges the claims of one problem; `only` selects by id; `seen` is called after each.
+pub fn run(
+    problem: &dyn Problem,
+    only: Option<&str>,
+    context: &ClaimContext<'_>,
+    mut seen: impl FnMut(&ClaimReport),
+) -> Vec<ClaimReport> {
+    let mut reports = Vec::new();
+    for claim in problem.claims() {
+        if only.is_some_and(|id| id != claim.id) {
+            continue;
+        }
+        let (verdict, because, figures) = match (claim.judge)(context) {
+            Ok(judged) => (Some(judged.verdict), judged.because, judged.figures),
+            Err(error) => (None, error.to_string(), Vec::new()),
+        };
+        let report = ClaimReport {
+            problem: problem.spec().id,
+            id: claim.id,
+            statement: claim.statement,
+            place: claim.place,
+            method: claim.method,
+            verdict,
+            because,
+            figures,
+        };
+        seen(&report);
+        reports.push(report);
+    }
+    reports
+}

@@ -1,0 +1,21 @@
+//! The problems, one folder each.
+
+use crate::{SuiteError, problem::Problem};
+
+pub mod partition_offsets;
+pub mod shadow_filtering;
+
+/// Every problem.
+pub const ALL: &[&dyn Problem] =
+    &[&shadow_filtering::ShadowFiltering, &partition_offsets::PartitionOffsets];
+
+/// The problem of that name.
+///
+/// # Errors
+/// [`SuiteError::Unknown`] with the names there are.
+pub fn find(id: &str) -> Result<&'static dyn Problem, SuiteError> {
+    ALL.iter()
+        .copied()
+        .find(|p| p.spec().id == id)
+        .ok_or_else(|| SuiteError::unknown("problem", id, ALL.iter().map(|p| p.spec().id)))
+}

@@ -1,0 +1,101 @@
+//! Two settings timed against each other, frame by frame in turn.
+
+use super::super::subject_gpu::filter_error;
+use super::still::Still;
+use crate::SuiteError;
+use dapple_gpu::Gpu;
+use dapple_metrics::stats::{self, Ratio};
+use dapple_shadows::filtering::{Counters, Settings, cpu, gpu};
+use std::time::Instant;
+
+/// Runs both `pairs` times in turn, after one run of each that is thrown away: caches and clocks
+/// drift, and what is measured side by side drifts together.
+fn paired(
+    pairs: usize,
+    mut a: impl FnMut() -> Result<f64, SuiteError>,
+    mut b: impl FnMut() -> Result<f64, SuiteError>,
+) -> Result<Ratio, SuiteError> {
+    a()?;
+    b()?;
+    let (mut first, mut second) = (Vec::new(), Vec::new());
+    for _ in 0..pairs {
+        first.push(a()?);
+        second.push(b()?);
+    }
+    Ok(stats::paired_ratio(&first, &second)?)
+}
+
+/// A still under some settings, filtered and shaded on the processor.
+struct CpuRun<'a> {
+    still: &'a Still,
+    filter: cpu::Filter,
+    out: Vec<f32>,
+}
+
+impl<'a> CpuRun<'a> {
+    fn new(still: &'a Still, s: &Settings) -> Result<Self, SuiteError> {
+        let filter = cpu::Filter::new(still.map.width, still.map.height, s)?;
+        Ok(Self { still, filter, out: vec![0.0; still.receivers.len()] })
+    }
+
+    fn ns(&mut self) -> Result<f64, SuiteError> {
+        let start = Instant::now();
+        self.filter.prefilter(&self.still.map)?;
+        self.filter.shade(&self.still.map, &self.still.receivers, &mut self.out)?;
+        Ok(start.elapsed().as_nanos() as f64)
+    }
+}
+
+/// Time of `a` over time of `b` on the processor, 31 pairs, and the counters of both.
+///
+/// # Errors
+/// Settings that the filter refuses.
+pub fn cpu(
+    (still_a, a): (&Still, &Settings),
+    (still_b, b): (&Still, &Settings),
+) -> Result<(Ratio, [Counters; 2]), SuiteError> {
+    let (mut a, mut b) = (CpuRun::new(still_a, a)?, CpuRun::new(still_b, b)?);
+    let ratio = paired(31, || a.ns(), || b.ns())?;
+    Ok((ratio, [a.filter.counters(), b.filter.counters()]))
+}
+
+/// Time of `a` over time of `b` on the device for the same still, depth pass excluded: 31 pairs,
+/// by the device's clock where it is sound.
+///
+/// # Errors
+/// Settings that the filter refuses, or the device's.
+pub fn gpu(gpu: &Gpu, still: &Still, a: &Settings, b: &Settings) -> Result<Ratio, SuiteError> {
+    let make = |s: &Settings| -> Result<gpu::Filter, SuiteError> {
+        let (width, height) = (still.map.width, still.map.height);
+        let filter =
+            gpu::Filter::new(gpu, width, height, &still.receivers, s).map_err(filter_error)?;
+        filter.upload_depths(gpu, &still.map).map_err(filter_error)?;
+        Ok(filter)
+    };
+    let ns = |filter: &gpu::Filter| -> Result<f64, SuiteError> {
+        let mut frame = gpu.frame();
+        filter.record(&mut frame);
+        let times = frame.finish()?;
+        Ok(times.gpu_ns.unwrap_or(times.wall_ns) as f64)
+    };
+    let (a, b) = (make(a)?, make(b)?);
+    paired(31, || ns(&a), || ns(&b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_alternate_and_drift_cancels() {
+        // The clock slows down: every run takes longer than the one before.
+        let clock = std::cell::Cell::new(100.0_f64);
+        let tick = |work: f64| {
+            clock.set(clock.get() * 1.01);
+            Ok(work * clock.get())
+        };
+        let ratio = paired(21, || tick(3.0), || tick(1.0)).unwrap();
+        assert!((ratio.median - 3.0 / 1.01).abs() < 1e-9, "{ratio:?}");
+        assert!(paired(0, || Ok(1.0), || Ok(1.0)).is_err());
+    }
+}

@@ -1,0 +1,96 @@
+//! What judges share: figures, votes and the threshold for light that is seen.
+
+use crate::claims::{Figure, Judged, Verdict};
+
+/// One grey level of an 8-bit image. A mean error below it vanishes when the picture is stored;
+/// a mean leak above it brightens the whole of a full shadow by at least one level.
+pub const GREY_LEVEL: f64 = 1.0 / 255.0;
+
+/// A figure.
+pub fn figure(what: impl Into<String>, value: f64, unit: &'static str) -> Figure {
+    Figure { what: what.into(), value, unit }
+}
+
+/// A judgement.
+pub fn judged(verdict: Verdict, because: impl Into<String>, figures: Vec<Figure>) -> Judged {
+    Judged { verdict, because: because.into(), figures }
+}
+
+/// For a general statement seen in several cases: reproduced if it holds in all, refuted if in
+/// none, open if in some or if there is no case.
+pub fn vote(holds: &[bool]) -> Verdict {
+    match holds.iter().filter(|h| **h).count() {
+        0 if holds.is_empty() => Verdict::Open,
+        0 => Verdict::Refuted,
+        n if n == holds.len() => Verdict::Reproduced,
+        _ => Verdict::Open,
+    }
+}
+
+/// The same where a case may also leave it open (`None`): refuted only if every case contradicts.
+pub fn vote_open(cases: &[Option<bool>]) -> Verdict {
+    let decided: Vec<bool> = cases.iter().copied().flatten().collect();
+    if decided.len() == cases.len() { vote(&decided) } else { Verdict::Open }
+}
+
+/// How many cases hold, in words.
+pub fn count(holds: &[bool]) -> String {
+    format!("{} of {}", holds.iter().filter(|h| **h).count(), holds.len())
+}
+
+/// A statement of several parts: refuted if any part is, reproduced if all are, else the first
+/// part that is not reproduced speaks.
+pub fn all_of(parts: &[Verdict]) -> Verdict {
+    if parts.contains(&Verdict::Refuted) {
+        return Verdict::Refuted;
+    }
+    let undecided = parts.iter().copied().find(|v| *v != Verdict::Reproduced);
+    undecided.unwrap_or(if parts.is_empty() { Verdict::Open } else { Verdict::Reproduced })
+}
+
+/// Reproduced if every value lies within its tolerance of what was predicted: triples of
+/// measured, predicted, tolerance.
+pub fn near(values: &[(f64, f64, f64)]) -> Verdict {
+    if values.is_empty() {
+        return Verdict::Open;
+    }
+    // Written so that a NaN is refused.
+    let close = values.iter().all(|(got, expected, slack)| (got - expected).abs() <= *slack);
+    if close { Verdict::Reproduced } else { Verdict::Refuted }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Verdict::{NeedsHardware, Open, Refuted, Reproduced};
+
+    #[test]
+    fn votes_give_each_verdict() {
+        assert_eq!(vote(&[true, true]), Reproduced);
+        assert_eq!(vote(&[false, false]), Refuted);
+        assert_eq!(vote(&[true, false]), Open);
+        assert_eq!(vote(&[]), Open);
+        assert_eq!(count(&[true, false, true]), "2 of 3");
+        assert_eq!(vote_open(&[Some(true), Some(true)]), Reproduced);
+        assert_eq!(vote_open(&[Some(false), Some(false)]), Refuted);
+        assert_eq!(vote_open(&[Some(true), None]), Open);
+        assert_eq!(vote_open(&[Some(false), None]), Open);
+    }
+
+    #[test]
+    fn a_refuted_part_outweighs_the_others() {
+        assert_eq!(all_of(&[Reproduced, NeedsHardware]), NeedsHardware);
+        assert_eq!(all_of(&[Reproduced, Open, Refuted]), Refuted);
+        assert_eq!(all_of(&[Open, NeedsHardware]), Open);
+        assert_eq!(all_of(&[Reproduced]), Reproduced);
+        assert_eq!(all_of(&[]), Open);
+    }
+
+    #[test]
+    fn predictions_are_met_or_not() {
+        assert_eq!(near(&[(0.3125, 0.313, 1e-3)]), Reproduced);
+        assert_eq!(near(&[(0.3125, 0.313, 1e-3), (0.31, 0.313, 1e-3)]), Refuted);
+        assert_eq!(near(&[(f64::NAN, 0.313, 1e-3)]), Refuted);
+        assert_eq!(near(&[]), Open);
+    }
+}

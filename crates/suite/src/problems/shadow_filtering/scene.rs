@@ -1,0 +1,110 @@
+//! From a scene's name to a scene that can be measured: what is missing is filled in, what it
+//! does not need is left out, and each change is a sentence for the user.
+
+use crate::{
+    SuiteError,
+    case::{self, Source},
+};
+use dapple_scene::{Aabb, Camera, Light, LightView, Scene, add_ground, generate, import, inspect};
+
+/// A complete scene.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// With a light, a camera and something to receive shadows; without alpha tests that change
+    /// nothing.
+    pub scene: Scene,
+    /// Identity of the scene before anything was left out.
+    pub hash: String,
+    /// What was added, left out or warned about.
+    pub notes: Vec<String>,
+}
+
+/// Loads or generates a scene and completes it.
+///
+/// # Errors
+/// An unknown generator, a file that is not a scene, or test data that are not at hand.
+pub fn load(name: &str, seed: u64) -> Result<Loaded, SuiteError> {
+    let (mut scene, mut notes, from_file) = match case::source(name)? {
+        Source::Generated(name) => {
+            let known = generate::NAMES.iter().map(|(name, _)| *name);
+            let scene = generate::by_name(&name, seed)
+                .ok_or_else(|| SuiteError::unknown("scene", &name, known))?;
+            (scene, Vec::new(), false)
+        }
+        Source::File(path) => {
+            let loaded = import::load(&path)?;
+            (loaded.scene, loaded.warnings, true)
+        }
+        Source::MissingData(path) => return Err(case::missing_data(&path)),
+    };
+    // Generated scenes are complete as they are; a bare model floats in the air.
+    if from_file && !scene.has_ground() {
+        add_ground(&mut scene);
+        notes.push("no ground: a square below the model was added to receive its shadow".into());
+    }
+    complete(scene, notes)
+}
+
+/// Adds what a scene lacks and leaves out the alpha tests it does not need.
+///
+/// # Errors
+/// A scene that does not validate.
+pub fn complete(mut scene: Scene, mut notes: Vec<String>) -> Result<Loaded, SuiteError> {
+    // The view is still: a path is added too, but says nothing here.
+    notes.extend(scene.add_defaults().into_iter().filter(|n| !n.contains("camera path")));
+    scene.validate()?;
+    let hash = scene.hash();
+    let needs = inspect::inspect(&scene);
+    for need in needs.needs.iter().filter(|n| n.option == "alpha-test" && !n.needed) {
+        leave_out_alpha_tests(&mut scene);
+        notes.push(format!("alpha test left out: {}", need.because));
+    }
+    Ok(Loaded { scene, hash, notes })
+}
+
+fn leave_out_alpha_tests(scene: &mut Scene) {
+    for material in &mut scene.materials {
+        material.alpha_test = None;
+    }
+}
+
+/// The camera of that name, or the first.
+///
+/// # Errors
+/// [`SuiteError::Unknown`] with the views there are.
+pub fn camera<'s>(scene: &'s Scene, view: &str) -> Result<&'s Camera, SuiteError> {
+    let found = match view {
+        "" => scene.cameras.first(),
+        name => scene.cameras.iter().find(|c| c.name == name),
+    };
+    found.ok_or_else(|| {
+        SuiteError::unknown("view", view, scene.cameras.iter().map(|c| c.name.as_str()))
+    })
+}
+
+/// The map of the first light that can have one, and a note where other lights are left out.
+///
+/// # Errors
+/// A scene whose lights all have an area, or a light without a usable direction.
+pub fn light_view(scene: &Scene, bounds: &Aabb) -> Result<(LightView, Option<String>), SuiteError> {
+    let mut fitted = scene.lights.iter().enumerate().filter_map(|(i, light)| match *light {
+        Light::Directional { direction } => {
+            Some((i, LightView::fit_directional(direction, bounds)))
+        }
+        Light::Spot { position, direction, half_angle_rad } => {
+            Some((i, LightView::fit_spot(position, direction, half_angle_rad, bounds)))
+        }
+        Light::Area { .. } => None,
+    });
+    let (index, view) = fitted.next().ok_or_else(|| {
+        SuiteError::Usage(format!(
+            "scene {}: none of its {} lights is directional or a spot, and no other has a shadow map",
+            scene.name,
+            scene.lights.len()
+        ))
+    })?;
+    let others = scene.lights.len() - 1;
+    let note =
+        (others > 0).then(|| format!("light {index} casts the shadow; {others} more left out"));
+    Ok((view?, note))
+}

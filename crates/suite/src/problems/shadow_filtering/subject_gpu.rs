@@ -1,0 +1,140 @@
+//! A filter on a graphics adapter: a frame rasterises the depth map, filters it and shades every
+//! pixel, each pass timed.
+
+use super::{case::ShadowCase, port, tolerance};
+use crate::{
+    SuiteError,
+    problem::{Checked, FrameTime, Picture, Subject},
+};
+use dapple_gpu::Gpu;
+use dapple_shadows::filtering::{
+    DepthMap, Settings,
+    gpu::{DepthSource, Filter, GpuFilterError},
+    gpu_depth::{DepthRaster, DepthRasterError},
+};
+use std::rc::Rc;
+
+/// The filter with its rasteriser.
+pub struct GpuSubject<'a, 'g> {
+    case: &'a ShadowCase<'g>,
+    gpu: &'g Gpu,
+    settings: Settings,
+    resolution: u32,
+    raster: Rc<DepthRaster>,
+    filter: Filter,
+}
+
+impl<'a, 'g> GpuSubject<'a, 'g> {
+    /// Makes every buffer and pipeline.
+    ///
+    /// # Errors
+    /// Settings that the filter refuses, or a device that is too small.
+    pub fn new(
+        case: &'a ShadowCase<'g>,
+        gpu: &'g Gpu,
+        resolution: u32,
+        settings: Settings,
+    ) -> Result<Self, SuiteError> {
+        let raster = case.raster(gpu, resolution)?;
+        let source = DepthSource::Buffer(raster.depths());
+        let filter =
+            Filter::with_depths(gpu, resolution, resolution, case.receivers(), &settings, source)
+                .map_err(filter_error)?;
+        Ok(Self { case, gpu, settings, resolution, raster, filter })
+    }
+
+    /// The filter alone, over the depths that are in the buffer.
+    fn filter_once(&self) -> Result<Vec<f32>, SuiteError> {
+        let mut frame = self.gpu.frame();
+        self.filter.record(&mut frame);
+        frame.finish()?;
+        Ok(self.filter.read(self.gpu)?)
+    }
+
+    /// The map as this device rasterises it.
+    fn rasterise(&self) -> Result<DepthMap, SuiteError> {
+        let mut frame = self.gpu.frame();
+        self.raster.record(&mut frame);
+        frame.finish()?;
+        let depths = self.raster.read(self.gpu)?;
+        Ok(DepthMap { width: self.resolution, height: self.resolution, depths })
+    }
+}
+
+impl Subject for GpuSubject<'_, '_> {
+    fn frames(&self) -> usize {
+        1
+    }
+
+    /// A still view: no frame depends on an earlier one.
+    fn reset(&mut self) -> Result<(), SuiteError> {
+        Ok(())
+    }
+
+    fn frame(&mut self, _index: usize) -> Result<FrameTime, SuiteError> {
+        let mut frame = self.gpu.frame();
+        self.raster.record(&mut frame);
+        self.filter.record(&mut frame);
+        let times = frame.finish()?;
+        Ok(FrameTime { wall_ns: times.wall_ns, gpu_ns: times.gpu_ns, passes: times.passes })
+    }
+
+    fn check(&mut self) -> Result<Checked, SuiteError> {
+        let mut checked = Checked::default();
+        let subset = self.case.subset(self.resolution);
+        // The filter alone, over the same depths as the reference.
+        let cast = self.case.depth_map(self.resolution);
+        self.filter.upload_depths(self.gpu, &cast).map_err(filter_error)?;
+        let over_cast = self.filter_once()?;
+        port::check_range(&over_cast, &mut checked);
+        port::check_port(self.case, &self.settings, &cast, &over_cast, &subset, &mut checked)?;
+        // The rasteriser alone.
+        let map = self.rasterise()?;
+        tolerance::check_raster(&cast, &map, &mut checked);
+        // The whole frame.
+        self.filter.fit_layers(self.gpu, &map).map_err(filter_error)?;
+        self.frame(0)?;
+        let result = self.filter.read(self.gpu)?;
+        port::check_range(&result, &mut checked);
+        checked.errors = self.case.errors(&result)?;
+        port::estimator_error(self.case, &self.settings, &map, &result, &subset, &mut checked)?;
+        checked.counters = port::counters(self.case, &self.settings, &self.filter.counters());
+        checked.memory_bytes = self.memory_bytes();
+        Ok(checked)
+    }
+
+    fn picture(&mut self) -> Result<Option<Picture>, SuiteError> {
+        self.frame(0)?;
+        let result = self.filter.read(self.gpu)?;
+        Ok(Some(port::picture(self.case, &result)))
+    }
+}
+
+impl GpuSubject<'_, '_> {
+    /// Depth target and depth buffer, two sets of channels in whole words, receivers and result.
+    fn memory_bytes(&self) -> u64 {
+        let s = &self.settings;
+        let layers = if s.splits().is_some() { s.layers } else { 1 };
+        let words = (s.bytes_per_texel() / layers).div_ceil(4) * layers;
+        let stored = if s.prefiltered() { 2 * 4 * u64::from(words) } else { 0 };
+        let texels = u64::from(self.resolution) * u64::from(self.resolution);
+        texels * (8 + stored) + 36 * self.case.receivers().len() as u64
+    }
+}
+
+/// The filter's refusal as the suite's.
+pub fn filter_error(error: GpuFilterError) -> SuiteError {
+    match error {
+        GpuFilterError::Filter(error) => error.into(),
+        GpuFilterError::Gpu(error) => error.into(),
+        GpuFilterError::DepthBuffer { .. } => SuiteError::Internal(error.to_string()),
+    }
+}
+
+/// The rasteriser's refusal as the suite's.
+pub fn raster_error(error: DepthRasterError) -> SuiteError {
+    match error {
+        DepthRasterError::Gpu(error) => error.into(),
+        other => SuiteError::Usage(other.to_string()),
+    }
+}

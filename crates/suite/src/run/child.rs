@@ -1,0 +1,292 @@
+//! One group in one process: check everything, then time A B C A B C ...
+
+use super::protocol::{Event, FaultKind, Job};
+use crate::{
+    SuiteError,
+    environment::environment,
+    plan::Group,
+    problem::{Checked, Facts, Form, FrameTime, Setting, Subject},
+    problems,
+};
+use dapple_gpu::{AdapterKind, Gpu, GpuError};
+use dapple_metrics::stats;
+use dapple_records::{Row, Status};
+use std::collections::BTreeMap;
+
+/// A subject that passed its check, with the samples taken of it so far.
+struct Timed<'a> {
+    setting: usize,
+    subject: Box<dyn Subject + 'a>,
+    checked: Checked,
+    wall: Vec<Vec<u64>>,
+    gpu: Vec<Vec<u64>>,
+    passes: BTreeMap<&'static str, Vec<u64>>,
+    failure: Option<String>,
+}
+
+/// Runs a job and emits its events.
+pub fn run(job: &Job, emit: &mut dyn FnMut(Event)) {
+    let outcome = open(job).and_then(|gpu| match gpu {
+        Adapter::Missing(reason) => {
+            not_run(job, &reason, emit);
+            Ok(())
+        }
+        Adapter::NotNeeded => measure(job, None, emit),
+        Adapter::Open(gpu) => measure(job, Some(&gpu), emit),
+    });
+    match outcome {
+        Ok(()) => emit(Event::Done),
+        Err(error @ SuiteError::MissingData { .. }) => {
+            not_run(job, &error.to_string(), emit);
+            emit(Event::Done);
+        }
+        Err(error) => {
+            emit(Event::Failed { reason: error.to_string(), code: error.exit_code() });
+        }
+    }
+}
+
+enum Adapter {
+    NotNeeded,
+    Missing(String),
+    Open(Box<Gpu>),
+}
+
+fn open(job: &Job) -> Result<Adapter, SuiteError> {
+    if !job.group.settings.iter().any(|s| s.form == Form::Gpu) {
+        return Ok(Adapter::NotNeeded);
+    }
+    match Gpu::open(&job.adapter()) {
+        Ok(gpu) => Ok(Adapter::Open(Box::new(gpu))),
+        Err(error @ (GpuError::NoAdapter { .. } | GpuError::Unsound { .. })) => {
+            Ok(Adapter::Missing(error.to_string()))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn measure(job: &Job, gpu: Option<&Gpu>, emit: &mut dyn FnMut(Event)) -> Result<(), SuiteError> {
+    emit(Event::Begin { setting: usize::MAX, stage: "prepare".into() });
+    let prepared = problems::find(&job.group.case.problem)?.prepare(&job.group.case, gpu)?;
+    let facts = prepared.facts();
+    for note in &facts.notes {
+        emit(Event::Note(format!("{}: {note}", job.group.case.name())));
+    }
+    let mut timed = Vec::new();
+    for (i, setting) in job.group.settings.iter().enumerate() {
+        let wanted = job.todo.contains(&i) || i == 0;
+        if !wanted || job.banned.contains(&i) {
+            continue;
+        }
+        emit(Event::Begin { setting: i, stage: "check".into() });
+        commit_fault(job, setting);
+        let made = prepared.subject(setting).and_then(|mut subject| {
+            let checked = subject.check()?;
+            Ok((subject, checked))
+        });
+        match made {
+            // A reference is an oracle, written for reading: its time would say nothing.
+            Ok((_, checked))
+                if checked.violations.is_empty() && setting.form == Form::Reference =>
+            {
+                let mut row = row(job, i, &facts, gpu);
+                fill_checked(&mut row, &checked);
+                row.clock = "none".into();
+                finish(job, i, row, emit);
+            }
+            Ok((subject, checked)) if checked.violations.is_empty() => {
+                timed.push(Timed::new(i, subject, checked));
+            }
+            Ok((_, checked)) => {
+                let reason = checked.violations.join("; ");
+                let mut row = row(job, i, &facts, gpu);
+                fill_checked(&mut row, &checked);
+                row.status = Status::Failed { stage: "check".into(), reason };
+                finish(job, i, row, emit);
+            }
+            Err(error) => {
+                let mut row = row(job, i, &facts, gpu);
+                row.status = Status::Failed { stage: "check".into(), reason: error.to_string() };
+                finish(job, i, row, emit);
+            }
+        }
+        if let Some(gpu) = gpu {
+            gpu.check()?;
+        }
+    }
+    for _ in 0..job.repeats {
+        for subject in &mut timed {
+            emit(Event::Begin { setting: subject.setting, stage: "time".into() });
+            subject.repeat();
+        }
+    }
+    let baseline = timed.first().filter(|t| t.setting == 0).map(Timed::totals);
+    for subject in &timed {
+        let mut row = row(job, subject.setting, &facts, gpu);
+        fill_checked(&mut row, &subject.checked);
+        subject.fill(&mut row, baseline.as_deref());
+        finish(job, subject.setting, row, emit);
+    }
+    Ok(())
+}
+
+fn commit_fault(job: &Job, setting: &Setting) {
+    let Some(fault) = job.fault.as_ref().filter(|f| f.technique == setting.technique) else {
+        return;
+    };
+    match fault.kind {
+        FaultKind::Crash => std::process::abort(),
+        FaultKind::Hang => std::thread::sleep(std::time::Duration::from_secs(3600)),
+    }
+}
+
+impl<'a> Timed<'a> {
+    fn new(setting: usize, subject: Box<dyn Subject + 'a>, checked: Checked) -> Self {
+        Self {
+            setting,
+            subject,
+            checked,
+            wall: Vec::new(),
+            gpu: Vec::new(),
+            passes: BTreeMap::new(),
+            failure: None,
+        }
+    }
+
+    /// One repeat: a reset, then every frame of the path.
+    fn repeat(&mut self) {
+        if self.failure.is_some() {
+            return;
+        }
+        let frames = self.subject.frames();
+        let run: Result<Vec<FrameTime>, SuiteError> = self
+            .subject
+            .reset()
+            .and_then(|()| (0..frames).map(|frame| self.subject.frame(frame)).collect());
+        match run {
+            Err(error) => self.failure = Some(error.to_string()),
+            Ok(times) => {
+                self.wall.push(times.iter().map(|t| t.wall_ns).collect());
+                // One frame without a device time makes the whole repeat a wall-clock one.
+                if let Some(gpu) = times.iter().map(|t| t.gpu_ns).collect::<Option<Vec<_>>>() {
+                    self.gpu.push(gpu);
+                }
+                for (name, ns) in times.into_iter().flat_map(|t| t.passes) {
+                    self.passes.entry(name).or_default().push(ns);
+                }
+            }
+        }
+    }
+
+    /// The clock and the samples that count: the device's where every repeat has them.
+    fn samples(&self) -> (&'static str, &Vec<Vec<u64>>) {
+        if !self.gpu.is_empty() && self.gpu.len() == self.wall.len() {
+            ("gpu", &self.gpu)
+        } else {
+            ("wall", &self.wall)
+        }
+    }
+
+    fn totals(&self) -> Vec<f64> {
+        self.samples().1.iter().map(|frames| frames.iter().sum::<u64>() as f64).collect()
+    }
+
+    fn fill(&self, row: &mut Row, baseline: Option<&[f64]>) {
+        if let Some(reason) = &self.failure {
+            row.status = Status::Failed { stage: "time".into(), reason: reason.clone() };
+            return;
+        }
+        let (clock, samples) = self.samples();
+        row.clock = clock.into();
+        row.samples_ns = samples.clone();
+        for (name, ns) in &self.passes {
+            let ns: Vec<f64> = ns.iter().map(|n| *n as f64).collect();
+            if let Ok(median) = stats::median(&ns) {
+                row.passes_ns.insert((*name).into(), median as u64);
+            }
+        }
+        row.ratio =
+            baseline.and_then(|b| stats::paired_ratio(&self.totals(), b).ok()).map(|r| r.median);
+    }
+}
+
+fn fill_checked(row: &mut Row, checked: &Checked) {
+    row.errors = checked.errors.clone();
+    row.port_errors = checked.port_errors.clone();
+    row.counters = checked.counters.clone();
+    row.memory_bytes = checked.memory_bytes;
+}
+
+/// A row without results yet.
+fn row(job: &Job, setting: usize, facts: &Facts, gpu: Option<&Gpu>) -> Row {
+    let mut row = blank(&job.group, setting);
+    row.run.clone_from(&job.run);
+    row.group = Job::key(job.index, setting);
+    row.scene.clone_from(&facts.scene);
+    row.scene_hash.clone_from(&facts.scene_hash);
+    row.view.clone_from(&facts.view);
+    row.size.clone_from(&facts.size);
+    row.truth.clone_from(&facts.truth);
+    match gpu.filter(|_| job.group.settings[setting].form == Form::Gpu) {
+        Some(gpu) => {
+            row.adapter.clone_from(&gpu.facts.name);
+            row.driver = format!("{} {}", gpu.facts.driver, gpu.facts.driver_info);
+            row.device = match gpu.facts.kind {
+                AdapterKind::Hardware => "hardware".into(),
+                AdapterKind::Software => "software".into(),
+            };
+        }
+        None => {
+            row.adapter = "cpu".into();
+            row.device = "cpu".into();
+        }
+    }
+    row
+}
+
+/// What is known of a row before its group was prepared.
+pub fn blank(group: &Group, setting: usize) -> Row {
+    let facts = environment();
+    let chosen = &group.settings[setting];
+    let baseline = &group.settings[0];
+    Row {
+        problem: group.case.problem.clone(),
+        technique: chosen.technique.clone(),
+        variant: chosen.variant.clone(),
+        form: chosen.form.to_string(),
+        knobs: chosen.knobs.clone(),
+        case: group.case.name(),
+        scene: group.case.scene.clone(),
+        view: group.case.view.clone(),
+        baseline: format!("{}/{}", baseline.technique, baseline.variant),
+        cpu: facts.cpu.clone(),
+        threads: facts.threads,
+        machine: facts.machine.clone(),
+        revision: facts.revision.clone(),
+        dirty: facts.dirty,
+        shader_hash: facts.shader_hash.clone(),
+        ..Row::default()
+    }
+}
+
+fn not_run(job: &Job, reason: &str, emit: &mut dyn FnMut(Event)) {
+    for i in job.todo.iter().copied() {
+        let mut row = blank(&job.group, i);
+        row.run.clone_from(&job.run);
+        row.group = Job::key(job.index, i);
+        row.adapter = "none".into();
+        row.device = "none".into();
+        row.status = Status::NotRun { reason: reason.into() };
+        finish(job, i, row, emit);
+    }
+}
+
+/// Emits the row unless this setting was only there for its ratio.
+fn finish(job: &Job, setting: usize, mut row: Row, emit: &mut dyn FnMut(Event)) {
+    if !job.todo.contains(&setting) {
+        return;
+    }
+    row.time = dapple_records::time::now();
+    row.row = row.identity();
+    emit(Event::Row(Box::new(row)));
+}
