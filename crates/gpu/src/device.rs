@@ -1,11 +1,12 @@
 //! An open device: features and limits, lost-device and error callbacks, waiting.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crate::adapter::{self, AdapterChoice, AdapterFacts};
 use crate::frame::TimestampPool;
+use crate::pipeline::PipelineKey;
 use crate::probe::{self, Abilities};
 use crate::{GpuError, buffer};
 
@@ -34,6 +35,8 @@ pub struct Gpu {
     /// What the probes found, and which optional features there are.
     pub abilities: Abilities,
     pub(crate) pools: Mutex<Vec<TimestampPool>>,
+    pub(crate) modules: Mutex<BTreeMap<String, wgpu::ShaderModule>>,
+    pub(crate) pipelines: Mutex<BTreeMap<PipelineKey, wgpu::ComputePipeline>>,
     pub(crate) poison_source: Option<wgpu::Buffer>,
     state: Arc<State>,
 }
@@ -90,6 +93,8 @@ impl Gpu {
             facts,
             abilities: Abilities::default(),
             pools: Mutex::default(),
+            modules: Mutex::default(),
+            pipelines: Mutex::default(),
             poison_source: None,
             state,
         })

@@ -1,17 +1,25 @@
 //! Pipelines and bind groups from the shaders of `dapple-shaders`.
 
-use crate::{Gpu, GpuError};
+use crate::{Gpu, GpuError, device::lock};
+
+/// What tells one compute pipeline from another: path, entry point, bits of the constants.
+pub(crate) type PipelineKey = (String, String, Vec<(String, u64)>);
 
 impl Gpu {
-    /// The shader `path` (under `shaders/`) as a module, validated by naga.
+    /// The shader `path` (under `shaders/`) as a module, validated by naga; made once a device.
     ///
     /// # Errors
     /// [`GpuError::Shader`] for an unknown or faulty file, [`GpuError::Validation`] where only
     /// this device refuses it.
     pub fn module(&self, path: &str) -> Result<wgpu::ShaderModule, GpuError> {
+        if let Some(module) = lock(&self.modules).get(path) {
+            return Ok(module.clone());
+        }
         let source = dapple_shaders::source(path)?;
         dapple_shaders::validate(path, &source)?;
-        self.module_of(path, &source)
+        let module = self.module_of(path, &source)?;
+        lock(&self.modules).insert(path.into(), module.clone());
+        Ok(module)
     }
 
     /// A module from WGSL text; `path` only names it.
@@ -28,7 +36,8 @@ impl Gpu {
     }
 
     /// The compute pipeline of `entry` in `path`, with `constants` for its `override`s. Its
-    /// layout holds the bindings that the entry point uses, and no others.
+    /// layout holds the bindings that the entry point uses, and no others. Made once a device and
+    /// set of constants: drivers compile at first use, which costs 0.1 s where it is in software.
     ///
     /// # Errors
     /// As [`Gpu::module`]; [`GpuError::Validation`] for an entry point or constant that is not
@@ -39,8 +48,15 @@ impl Gpu {
         entry: &str,
         constants: &[(&str, f64)],
     ) -> Result<wgpu::ComputePipeline, GpuError> {
+        let bits = constants.iter().map(|(name, value)| ((*name).into(), value.to_bits()));
+        let key = (path.into(), entry.into(), bits.collect());
+        if let Some(pipeline) = lock(&self.pipelines).get(&key) {
+            return Ok(pipeline.clone());
+        }
         let module = self.module(path)?;
-        self.compute_of(&module, path, entry, constants)
+        let pipeline = self.compute_of(&module, path, entry, constants)?;
+        lock(&self.pipelines).insert(key, pipeline.clone());
+        Ok(pipeline)
     }
 
     /// The same from a module; `path` only names it.
