@@ -1,7 +1,8 @@
 //! H7.2 and H7.7: what the methods cost.
 
 use super::{
-    still::{RESOLUTION, Recipe, SPHERES_COARSE, SPHERES_FINE, VSM},
+    scenes::{SPHERES_COARSE, SPHERES_FINE},
+    still::{RESOLUTION, Recipe, VSM},
     timing,
     verdict::{all_of, figure, judged},
 };

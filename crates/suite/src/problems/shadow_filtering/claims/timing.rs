@@ -1,8 +1,8 @@
 //! Two settings timed against each other, frame by frame in turn.
 
 use super::super::subject_gpu::filter_error;
-use super::still::Still;
-use crate::SuiteError;
+use super::still::{RESOLUTION, Recipe, Still};
+use crate::{SuiteError, claims::ClaimContext};
 use dapple_gpu::Gpu;
 use dapple_metrics::stats::{self, Ratio};
 use dapple_shadows::filtering::{Counters, Settings, cpu, gpu};
@@ -80,6 +80,24 @@ pub fn gpu(gpu: &Gpu, still: &Still, a: &Settings, b: &Settings) -> Result<Ratio
     };
     let (a, b) = (make(a)?, make(b)?);
     paired(31, || ns(&a), || ns(&b))
+}
+
+/// Time of `a` over `b` on the car at 1920 columns and a map of 1024, where there is hardware.
+///
+/// # Errors
+/// Those of [`gpu`].
+pub fn on_hardware(
+    context: &ClaimContext<'_>,
+    a: &Settings,
+    b: &Settings,
+) -> Result<Option<f64>, SuiteError> {
+    match context.gpu.filter(|_| context.hardware) {
+        Some(gpu) => {
+            let still = Recipe::of("car", "", 0).timed(1920, 2 * RESOLUTION).still()?;
+            Ok(Some(self::gpu(gpu, &still, a, b)?.median))
+        }
+        None => Ok(None),
+    }
 }
 
 #[cfg(test)]
