@@ -1,1 +1,3 @@
-//! Cross-crate tests; see `tests/`.
+//! What the cross-crate tests in `tests/` share.
+
+pub mod golden;
