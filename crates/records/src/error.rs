@@ -63,6 +63,9 @@ pub enum RecordError {
         /// The file.
         path: PathBuf,
     },
+    /// Another process holds the file.
+    #[error("{} is being written by another process", .0.display())]
+    InUse(PathBuf),
     /// A file to resume has no readable `run` line.
     #[error("{} has no readable run line; it cannot be resumed", .0.display())]
     NoHeader(PathBuf),

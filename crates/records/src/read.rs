@@ -17,7 +17,7 @@ const START: &[u8] = br#"{"kind":""#;
 pub struct Read {
     /// One a run, the last wins.
     pub headers: Vec<RunHeader>,
-    /// One for each (run, row), the last wins; in the order of the lines that won.
+    /// One for each (run, group, row), the last wins; in the order of the lines that won.
     pub rows: Vec<Row>,
     /// Runs that are complete.
     pub ended: BTreeSet<String>,
@@ -65,21 +65,18 @@ pub fn read_dir(dir: &Path) -> Result<Read, RecordError> {
     Ok(read)
 }
 
-/// The newest file (by name) in `dir` that holds a run with this sweep hash and machine and no
-/// `end` line. None if there is none, or no such directory.
+/// The newest file (by name) in `dir` whose run has this sweep hash and machine, if that run has
+/// no `end` line. None if it is complete, or there is none, or no such directory.
 ///
 /// The sweep hash must cover whatever makes rows of the two runs incomparable, e.g. the revision.
 pub fn unfinished(dir: &Path, sweep_hash: &str, machine: &str) -> Option<PathBuf> {
-    files(dir).ok()?.into_iter().rev().find(|path| {
-        read_file(path).is_ok_and(|read| {
-            // Rows are appended to the file's last run.
-            read.headers.last().is_some_and(|header| {
-                header.sweep_hash == sweep_hash
-                    && header.machine == machine
-                    && !read.ended.contains(&header.run)
-            })
-        })
-    })
+    files(dir).ok()?.into_iter().rev().find_map(|path| {
+        let read = read_file(&path).ok()?;
+        // Rows are appended to the file's last run.
+        let header = read.headers.last()?;
+        let same = header.sweep_hash == sweep_hash && header.machine == machine;
+        same.then(|| (!read.ended.contains(&header.run)).then_some(path))
+    })?
 }
 
 fn files(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
@@ -132,7 +129,9 @@ impl Read {
 
     fn last_wins(&mut self) {
         self.headers = last_wins(std::mem::take(&mut self.headers), |h| h.run.clone());
-        self.rows = last_wins(std::mem::take(&mut self.rows), |r| (r.run.clone(), r.row.clone()));
+        self.rows = last_wins(std::mem::take(&mut self.rows), |r| {
+            (r.run.clone(), r.group.clone(), r.row.clone())
+        });
     }
 }
 

@@ -1,7 +1,7 @@
 //! Appending rows to a run's file.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read as _, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,7 +14,8 @@ use crate::row::Row;
 use crate::validate::validate;
 
 /// Appends to one run's file. Each line is one `write` in append mode, synced to the disk: a
-/// killed process loses no row whose `append` returned.
+/// killed process loses no row whose `append` returned. The file is locked for as long as the
+/// writer lives (where the file system knows locks), so that two processes never fill one run.
 #[derive(Debug)]
 pub struct Writer {
     file: File,
@@ -39,6 +40,7 @@ impl Writer {
             .create_new(true)
             .open(&path)
             .map_err(|e| RecordError::io("create", &path, e))?;
+        lock(&file, &path)?;
         let run = header.run.clone();
         let mut writer = Self { file, path, run, rows: BTreeSet::new(), torn: false };
         writer.line(header.to_line())?;
@@ -49,16 +51,18 @@ impl Writer {
     /// the reader skips it.
     ///
     /// # Errors
-    /// [`RecordError::NoHeader`] if no `run` line is readable, [`RecordError::Io`] otherwise.
+    /// [`RecordError::InUse`] while another writer has the file, [`RecordError::NoHeader`] if no
+    /// `run` line is readable, [`RecordError::Io`] otherwise.
     pub fn resume(path: &Path) -> Result<Self, RecordError> {
-        let read = read_file(path)?;
-        let header =
-            read.headers.last().ok_or_else(|| RecordError::NoHeader(path.to_path_buf()))?;
         let mut file = OpenOptions::new()
             .read(true)
             .append(true)
             .open(path)
             .map_err(|e| RecordError::io("open", path, e))?;
+        lock(&file, path)?;
+        let read = read_file(path)?;
+        let header =
+            read.headers.last().ok_or_else(|| RecordError::NoHeader(path.to_path_buf()))?;
         let torn = !ends_in_line_feed(&mut file).map_err(|e| RecordError::io("read", path, e))?;
         let run = header.run.clone();
         let rows = read.rows.iter().filter(|r| r.run == run).map(|r| r.row.clone()).collect();
@@ -141,6 +145,15 @@ impl Writer {
     }
 }
 
+/// Released when the file is closed, also by a crash.
+fn lock(file: &File, path: &Path) -> Result<(), RecordError> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(RecordError::InUse(path.to_path_buf())),
+        // Some network file systems know no locks: then nothing guards, and nothing fails.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
 fn ends_in_line_feed(file: &mut File) -> io::Result<bool> {
     if file.seek(SeekFrom::End(0))? == 0 {
         return Ok(true);
@@ -214,6 +227,14 @@ mod tests {
         assert_eq!(unfinished(dir.path(), "5eed", "machine"), None);
         let read = read_dir(dir.path()).unwrap();
         assert!(read.ended.contains(RUN) && read.skipped.is_empty());
+        // Older unfinished work is of no use once a later run has done it all.
+        let old = RunHeader { time: "2025-01-01T00:00:00.000Z".into(), ..header("old") };
+        let old = Writer::create(dir.path(), &old).unwrap();
+        assert_eq!(unfinished(dir.path(), "5eed", "machine"), None);
+        let new = RunHeader { time: "2027-01-01T00:00:00.000Z".into(), ..header("new") };
+        let new = Writer::create(dir.path(), &new).unwrap();
+        assert_eq!(unfinished(dir.path(), "5eed", "machine").as_deref(), Some(new.path()));
+        assert!(old.path() < new.path());
         assert_eq!(unfinished(&dir.path().join("missing"), "5eed", "machine"), None);
     }
 
@@ -304,22 +325,21 @@ mod tests {
     }
 
     #[test]
-    fn writers_at_once_do_not_tear_each_others_lines() {
+    fn a_file_has_one_writer_at_a_time_and_any_number_of_readers() {
         let dir = tempfile::tempdir().unwrap();
-        let path = Writer::create(dir.path(), &header(RUN)).unwrap().path().to_path_buf();
-        std::thread::scope(|scope| {
-            for start in [0, 100, 200] {
-                let path = &path;
-                scope.spawn(move || {
-                    let mut writer = Writer::resume(path).unwrap();
-                    for n in start..start + 20 {
-                        writer.append(&row(n)).unwrap();
-                    }
-                });
-            }
-        });
-        let read = read_file(&path).unwrap();
-        assert_eq!((read.rows.len(), read.skipped.len()), (60, 0));
+        let mut first = Writer::create(dir.path(), &header(RUN)).unwrap();
+        let path = first.path().to_path_buf();
+        let refused = |path: &Path| {
+            assert!(matches!(Writer::resume(path), Err(RecordError::InUse(p)) if p == path));
+        };
+        refused(&path);
+        first.append(&row(0)).unwrap();
+        assert_eq!(read_file(&path).unwrap().rows, [row(0)]);
+        drop(first);
+        let mut second = Writer::resume(&path).unwrap();
+        refused(&path);
+        second.append(&row(1)).unwrap();
+        assert_eq!(read_file(&path).unwrap().rows, [row(0), row(1)]);
     }
 
     #[test]
