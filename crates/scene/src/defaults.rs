@@ -32,11 +32,19 @@ impl Scene {
         added
     }
 
-    /// World bounds of everything but added ground.
+    /// World bounds of everything but the ground, added or the file's own: a wide ground of few
+    /// triangles would push the camera away from what stands on it.
     fn subject_bounds(&self) -> Aabb {
-        let ground = |i: u32| self.meshes[self.instances[i as usize].mesh as usize].name == GROUND;
-        let subject = self.world_triangles().filter(|((i, _), _)| !ground(*i));
-        subject.fold(Aabb::EMPTY, |b, (_, t)| t.into_iter().fold(b, Aabb::grow))
+        let level = if self.has_ground() { self.ground_level() } else { f64::NEG_INFINITY };
+        let subject = self.world_triangles().filter(|(_, t)| t.iter().any(|p| p.y > level));
+        let bounds = subject.fold(Aabb::EMPTY, |b, (_, t)| t.into_iter().fold(b, Aabb::grow));
+        if bounds.is_empty() { self.bounds() } else { bounds }
+    }
+
+    /// What lies below counts as ground: the lowest 2 % of the height.
+    fn ground_level(&self) -> f64 {
+        let b = self.bounds();
+        b.min.y + 0.02 * (b.max.y - b.min.y)
     }
 
     /// Whether something is already there to receive a shadow: triangles within the lowest 2 % of
@@ -44,7 +52,7 @@ impl Scene {
     pub fn has_ground(&self) -> bool {
         let b = self.bounds();
         let size = b.max - b.min;
-        let level = b.min.y + 0.02 * size.y;
+        let level = self.ground_level();
         let low = self.world_triangles().filter(|(_, t)| t.iter().all(|p| p.y <= level));
         let area: f64 = low.map(|(_, [a, b, c])| 0.5 * (b - a).cross(c - a).y.abs()).sum();
         area >= 0.5 * size.x * size.z && area > 0.0
@@ -83,8 +91,8 @@ pub fn add_ground(scene: &mut Scene) {
 fn default_views(bounds: &Aabb) -> [Camera; 2] {
     let (centre, radius) = (bounds.centre(), bounds.radius());
     let fov_y_rad = 45.0_f64.to_radians();
-    // The sphere around the bounds, and half as much again for the shadow beside it.
-    let distance = 1.5 * radius / (0.5 * fov_y_rad).sin();
+    // The sphere around the bounds; its corners leave room for the shadow beside the subject.
+    let distance = 1.05 * radius / (0.5 * fov_y_rad).sin();
     let view = |name: &str, target: DVec3, towards: DVec3| Camera {
         name: name.into(),
         position: target + towards.normalize() * distance,
@@ -145,6 +153,20 @@ mod tests {
             let distance = s.cameras[0].position.distance(before.centre());
             assert!(distance < 6.0 * before.radius(), "{distance}");
         }
+    }
+
+    #[test]
+    fn a_files_own_ground_does_not_push_the_camera_away() {
+        let mut s = bare();
+        let radius = s.bounds().radius();
+        add_ground(&mut s);
+        for (mesh, instance) in [(s.meshes.len() - 1, s.instances.len() - 1)] {
+            s.meshes[mesh].name = "lawn".into();
+            s.instances[instance].transform.matrix3 *= 100.0;
+        }
+        s.add_defaults();
+        let distance = s.cameras[0].position.distance(s.cameras[0].target);
+        assert!(distance < 6.0 * radius, "{distance}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::sampling::{seed_of, stratified};
 use crate::surface::Surface;
-use crate::tracer::{Ray, Tracer};
+use crate::tracer::{Hit, Ray, Tracer};
 use dapple_scene::LightView;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,6 +11,11 @@ use rayon::prelude::*;
 /// normalised linear depth. Far below any depth bias, far above what f32 vertices leave of the
 /// flatness of a tessellated plane seen at a grazing angle.
 pub const PLANE_EPSILON: f64 = 1e-5;
+
+/// How far from the tangent plane, in widths of the window along the slope, the receiver's own
+/// surface is looked for. Half a width lets it turn by 45 degrees from the middle of the window to
+/// its border; what strays further is another surface, and the plane stands in for it.
+pub const SURFACE_REACH: f64 = 0.5;
 
 /// A receiver's tangent plane in map coordinates and linear depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,11 +72,13 @@ pub fn receiver(view: &LightView, surface: &Surface) -> Option<PlaneInMap> {
 /// The box-filtered shadow of a receiver, 0 = shadowed, 1 = lit.
 ///
 /// Average over the square window of side `width_uv` (map coordinates) around the receiver of
-/// whether the point of the receiver's *tangent plane* above the window's point is lit: no surface
-/// lies between the light's near plane and that point, closer than the point by more than
-/// [`PLANE_EPSILON`]. The receiver's own triangle is no occluder. A slanted plane therefore does
-/// not shadow itself, however wide the window. One random point in each cell of a `grid` × `grid`
-/// (0 counts as 1) raster of the window, from `seed`. The window is not cut at the map's border.
+/// whether the receiver's surface is lit there. The surface above a point of the window is the hit
+/// along the point's light ray that lies nearest to the receiver's *tangent plane*, within
+/// [`SURFACE_REACH`]; where there is none (beyond a table's edge), it is the plane itself. It is
+/// lit if no surface lies closer to the light by more than [`PLANE_EPSILON`]. So neither a slanted
+/// plane nor a curved surface shadows itself, however wide the window, and a slat just above a
+/// floor shadows it. One random point in each cell of a `grid` × `grid` (0 counts as 1) raster of
+/// the window, from `seed`. The window is not cut at the map's border.
 ///
 /// A receiver that [`receiver`] refuses (facing away) gives 0. Points of the window where a
 /// perspective light's ray never reaches the plane are left out; if there is no other, the result
@@ -87,15 +94,27 @@ pub fn filtered_visibility(
     let Some(plane) = receiver(view, surface) else {
         return 0.0;
     };
+    let reach = reach(view, &plane, width_uv);
+    let mut hits = Vec::new();
     let (mut lit, mut counted) = (0_u64, 0_u64);
     for (a, b) in stratified(grid.max(1), seed) {
         let (u, v) = (plane.u + width_uv * (a - 0.5), plane.v + width_uv * (b - 0.5));
-        if let Some(is_lit) = plane_point_is_lit(tracer, view, surface, u, v) {
-            counted += 1;
-            lit += u64::from(is_lit);
-        }
+        let Some((origin, direction, z)) = plane_point(view, surface, u, v) else { continue };
+        let ray = Ray { origin, direction, t_min: 0.0, t_max: z + reach };
+        counted += 1;
+        lit += u64::from(is_lit(tracer, &ray, z, reach, &mut hits));
     }
     if counted == 0 { 0.0 } else { lit as f64 / counted as f64 }
+}
+
+/// [`SURFACE_REACH`] in linear depth: half the window's extent along the receiver's plane.
+fn reach(view: &LightView, plane: &PlaneInMap, width_uv: f64) -> f64 {
+    // Map coordinates in units of linear depth, at the receiver's own depth.
+    let distance = view.near_m + plane.z * (view.far_m - view.near_m);
+    let side = 2.0 * view.half_extent * if view.perspective { distance } else { 1.0 };
+    let side = side / (view.far_m - view.near_m);
+    let slope = plane.dz_du.hypot(plane.dz_dv);
+    SURFACE_REACH * width_uv * side.hypot(slope)
 }
 
 /// [`filtered_visibility`] of every receiver, in parallel, each with a seed of its own; 1 where
@@ -115,13 +134,8 @@ pub fn filtered_visibility_all(
     receivers.par_iter().enumerate().map(one).collect()
 }
 
-fn plane_point_is_lit(
-    tracer: &Tracer,
-    view: &LightView,
-    surface: &Surface,
-    u: f64,
-    v: f64,
-) -> Option<bool> {
+/// The light ray above map point (u, v), and the depth at which it meets the tangent plane.
+fn plane_point(view: &LightView, surface: &Surface, u: f64, v: f64) -> Option<(DVec3, DVec3, f64)> {
     let (origin, direction): (DVec3, DVec3) = view.ray(u, v);
     let closing = -surface.normal.dot(direction);
     let z = surface.normal.dot(origin - surface.position) / closing;
@@ -132,9 +146,21 @@ fn plane_point_is_lit(
     } else {
         true
     };
-    if !(reached && z.is_finite()) {
-        return None;
+    (reached && z.is_finite()).then_some((origin, direction, z))
+}
+
+/// Whether the surface nearest to depth `z` along the ray is the first one that light meets.
+fn is_lit(tracer: &Tracer, ray: &Ray, z: f64, reach: f64, hits: &mut Vec<Hit>) -> bool {
+    let Some(first) = tracer.closest(ray).map(|hit| hit.t) else { return true };
+    if first >= z - PLANE_EPSILON {
+        return true;
     }
-    let ray = Ray { origin, direction, t_min: 0.0, t_max: z - PLANE_EPSILON };
-    Some(!tracer.any_except(&ray, Some(surface.triangle)))
+    if first < z - reach {
+        return false;
+    }
+    // The first surface may be the receiver's own: it is, unless another is nearer to the plane.
+    tracer.all(ray, hits);
+    let nearest =
+        hits.iter().map(|hit| hit.t).min_by(|a, b| (a - z).abs().total_cmp(&(b - z).abs()));
+    nearest.is_none_or(|surface| first >= surface - PLANE_EPSILON)
 }

@@ -18,7 +18,8 @@ mod watertight;
 
 pub use error::TraceError;
 pub use filtered::{
-    PLANE_EPSILON, PlaneInMap, filtered_visibility, filtered_visibility_all, receiver,
+    PLANE_EPSILON, PlaneInMap, SURFACE_REACH, filtered_visibility, filtered_visibility_all,
+    receiver,
 };
 pub use light::{light_visibility, light_visibility_all, surface_light_visibility};
 pub use maps::{depth_map, item_buffer, surfaces};
