@@ -2,6 +2,14 @@
 
 use std::{process::Command, sync::OnceLock};
 
+/// Environment variable that makes a missing graphics adapter an error instead of a note.
+pub const REQUIRE_GPU_VARIABLE: &str = "DAPPLE_REQUIRE_GPU";
+
+/// Whether the environment demands a graphics adapter: the variable is set, and not to 0.
+pub fn requires_gpu() -> bool {
+    std::env::var_os(REQUIRE_GPU_VARIABLE).is_some_and(|value| !value.is_empty() && value != "0")
+}
+
 /// Facts that are the same for every row of a run.
 #[derive(Clone, Debug)]
 pub struct Environment {

@@ -3,7 +3,7 @@
 
 use crate::SuiteError;
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Knob settings by name; values are integers, floats or strings.
 pub type Knobs = BTreeMap<String, Value>;
@@ -199,11 +199,16 @@ pub fn parse_assignment(
     let (name, value) = text
         .split_once('=')
         .ok_or_else(|| SuiteError::Usage(format!("{what} `{text}`: expected NAME=VALUE")))?;
-    let knob = knobs
-        .iter()
-        .find(|k| k.name == name)
-        .ok_or_else(|| SuiteError::unknown(what, name, knobs.iter().map(|k| k.name)))?;
-    Ok((name.to_string(), knob.parse(what, value)?))
+    // Techniques may give one name different ranges; each is checked again with its own.
+    let mut error = None;
+    for knob in knobs.iter().filter(|k| k.name == name) {
+        match knob.parse(what, value) {
+            Ok(value) => return Ok((name.to_string(), value)),
+            Err(refused) => error = error.or(Some(refused)),
+        }
+    }
+    let known: BTreeSet<_> = knobs.iter().map(|k| k.name).collect();
+    Err(error.unwrap_or_else(|| SuiteError::unknown(what, name, known)))
 }
 
 /// Typed access to completed knobs. A knob that was not declared is the program's own fault.
@@ -270,13 +275,20 @@ mod tests {
             ("bias=NaN", "a number in 0..=1"),
             ("bias=-1", "a number in 0..=1"),
             ("format=f8", "one of f32, f16"),
-            ("colour=red", "there is: resolution, bias, format"),
+            ("colour=red", "there is: bias, format, resolution"),
             ("resolution", "expected NAME=VALUE"),
         ] {
             let error = parse_assignment("knob", KNOBS, text).unwrap_err();
             assert!(error.to_string().contains(expect), "{text}: {error}");
             assert_eq!(error.exit_code(), 2);
         }
+    }
+
+    #[test]
+    fn a_value_that_one_knob_of_the_name_takes_is_read() {
+        let knobs = [Knob::choice("f", &["a"], ""), Knob::choice("f", &["a", "b"], "")];
+        assert_eq!(parse_assignment("knob", &knobs, "f=b").unwrap().1, "b");
+        assert!(parse_assignment("knob", &knobs, "f=c").is_err());
     }
 
     #[test]

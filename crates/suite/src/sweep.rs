@@ -25,13 +25,24 @@ use crate::{
     problem::{Form, Setting, Spec, Technique},
     problems,
 };
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::Path,
+};
 
 /// Settings measured side by side in one process, the baseline among them: more would hold too
 /// many buffers at a time.
 const GROUP_LIMIT: usize = 24;
+
+/// Repeats and seconds (a week) beyond which a sweep is a mistake.
+const MOST_REPEATS: u32 = 100_000;
+const MOST_SECONDS: u64 = 7 * 24 * 3600;
+
+/// Combinations that one block may multiply to.
+const MOST_COMBINATIONS: usize = 100_000;
 
 /// Values to try by knob name.
 type Lists = BTreeMap<String, Vec<Value>>;
@@ -118,6 +129,17 @@ impl Sweep {
     /// # Errors
     /// Unknown names, values out of range, or a sweep that measures nothing.
     pub fn plan(&self, name: &str) -> Result<Plan, SuiteError> {
+        let within = |name: &str, value: u64, most: u64| match value {
+            value if (1..=most).contains(&value) => Ok(()),
+            _ => Err(SuiteError::Value {
+                what: "sweep's",
+                name: name.into(),
+                value: value.to_string(),
+                limit: format!("must be an integer in 1..={most}"),
+            }),
+        };
+        within("repeats", self.repeats.into(), MOST_REPEATS.into())?;
+        within("limit_s", self.limit_s, MOST_SECONDS)?;
         let mut groups = Vec::new();
         for measure in &self.measure {
             let problem = problems::find(&measure.problem)?;
@@ -129,7 +151,7 @@ impl Sweep {
         if groups.is_empty() {
             return Err(SuiteError::Usage(format!("sweep `{name}` measures nothing")));
         }
-        Ok(Plan { name: name.into(), repeats: self.repeats.max(1), limit_s: self.limit_s, groups })
+        Ok(Plan { name: name.into(), repeats: self.repeats, limit_s: self.limit_s, groups })
     }
 }
 
@@ -157,12 +179,18 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("thesis", include_str!("../../../benches/sweeps/thesis.toml")),
 ];
 
-/// Every combination of the lists, each completed with defaults. With no list, the defaults alone.
+/// Every combination of the lists once, each completed with defaults. With no list, the defaults
+/// alone.
 fn product(what: &'static str, knobs: &[Knob], lists: &Lists) -> Result<Vec<Knobs>, SuiteError> {
     let mut all = vec![Knobs::new()];
     for (name, values) in lists {
         if values.is_empty() {
             return Err(SuiteError::Usage(format!("{what} `{name}` has an empty list of values")));
+        }
+        if all.len().saturating_mul(values.len()) > MOST_COMBINATIONS {
+            return Err(SuiteError::Usage(format!(
+                "the {what} lists multiply to more than {MOST_COMBINATIONS} combinations"
+            )));
         }
         all = all
             .into_iter()
@@ -175,7 +203,17 @@ fn product(what: &'static str, knobs: &[Knob], lists: &Lists) -> Result<Vec<Knob
             })
             .collect();
     }
-    all.iter().map(|given| knob::complete(what, knobs, given)).collect()
+    let all: Result<Vec<Knobs>, SuiteError> =
+        all.iter().map(|given| knob::complete(what, knobs, given)).collect();
+    Ok(unique(all?))
+}
+
+/// The first of each: a value listed twice is measured once.
+fn unique<T: Serialize>(mut items: Vec<T>) -> Vec<T> {
+    let mut seen = BTreeSet::new();
+    // Plain data to memory: serialising it cannot fail.
+    items.retain(|item| seen.insert(serde_json::to_string(item).unwrap_or_default()));
+    items
 }
 
 fn cases(spec: &Spec, measure: &Measure) -> Result<Vec<Case>, SuiteError> {
@@ -198,7 +236,7 @@ fn cases(spec: &Spec, measure: &Measure) -> Result<Vec<Case>, SuiteError> {
             }
         }
     }
-    Ok(cases)
+    Ok(unique(cases))
 }
 
 fn settings(spec: &'static Spec, measure: &Measure) -> Result<Vec<Setting>, SuiteError> {
@@ -211,17 +249,15 @@ fn settings(spec: &'static Spec, measure: &Measure) -> Result<Vec<Setting>, Suit
     };
     let picks: Vec<Pick> =
         if measure.technique.is_empty() { every().collect() } else { measure.technique.clone() };
-    for name in measure.knobs.keys() {
-        let mut names = spec.techniques.iter().flat_map(|t| t.knobs).map(|k| k.name);
-        if !names.any(|known| known == name) {
-            let known: std::collections::BTreeSet<_> =
-                spec.techniques.iter().flat_map(|t| t.knobs).map(|k| k.name).collect();
-            return Err(SuiteError::unknown("knob", name, known));
-        }
+    let picked: Vec<&Technique> =
+        picks.iter().map(|pick| spec.technique(&pick.id)).collect::<Result<_, _>>()?;
+    // A knob that none of these techniques has would change nothing, silently.
+    let known: BTreeSet<_> = picked.iter().flat_map(|t| t.knobs).map(|k| k.name).collect();
+    if let Some(name) = measure.knobs.keys().find(|name| !known.contains(name.as_str())) {
+        return Err(SuiteError::unknown("knob", name, known));
     }
     let mut settings = Vec::new();
-    for pick in picks {
-        let technique = spec.technique(&pick.id)?;
+    for (pick, technique) in picks.iter().zip(picked) {
         let mut lists = measure.knobs.clone();
         lists.retain(|name, _| technique.knobs.iter().any(|k| k.name == name));
         lists.extend(pick.knobs.clone());
@@ -240,7 +276,7 @@ fn settings(spec: &'static Spec, measure: &Measure) -> Result<Vec<Setting>, Suit
             }
         }
     }
-    Ok(settings)
+    Ok(unique(settings))
 }
 
 fn variants(technique: &Technique, asked: &[String]) -> Result<Vec<&'static str>, SuiteError> {
@@ -264,7 +300,9 @@ fn grouped(spec: &Spec, case: &Case, settings: &[Setting]) -> Vec<Group> {
     let mut groups = Vec::new();
     for form in [Form::Reference, Form::Cpu, Form::Gpu] {
         let of_form: Vec<_> = settings.iter().filter(|s| s.form == form).cloned().collect();
-        let baseline = of_form.iter().find(|s| s.technique == spec.techniques[0].id).cloned();
+        // Without the problem's own baseline the first setting: all chunks refer to one.
+        let own = of_form.iter().find(|s| s.technique == spec.techniques[0].id);
+        let baseline = own.or(of_form.first()).cloned();
         let others: Vec<_> = of_form.into_iter().filter(|s| Some(s) != baseline.as_ref()).collect();
         let room = GROUP_LIMIT - usize::from(baseline.is_some());
         let mut chunks: Vec<Vec<Setting>> = others.chunks(room).map(<[_]>::to_vec).collect();
@@ -328,6 +366,45 @@ mod tests {
     }
 
     #[test]
+    fn what_is_listed_twice_is_measured_once() {
+        let block = "about = 't'\n[[measure]]\nproblem = 'shadow-filtering'\nforms = ['cpu']\n";
+        let once = format!("{block}seeds = [1]\n[[measure.technique]]\nid = 'vsm'");
+        let twice = format!(
+            "{block}seeds = [1, 1]\nparameters = {{ width = [320, 320] }}\n\
+             knobs = {{ resolution = [512, 512] }}\n\
+             [[measure.technique]]\nid = 'vsm'\n[[measure.technique]]\nid = 'vsm'"
+        );
+        assert_eq!(plan(&once).unwrap(), plan(&twice).unwrap());
+    }
+
+    #[test]
+    fn chunks_without_the_problems_baseline_share_their_first_setting() {
+        let values: Vec<_> = (16..16 + 60).map(|v| v.to_string()).collect();
+        let plan = plan(&format!(
+            "about = 't'\n[[measure]]\nproblem = 'shadow-filtering'\nforms = ['cpu']\n\
+             knobs = {{ resolution = [{}] }}\n[[measure.technique]]\nid = 'vsm'",
+            values.join(",")
+        ))
+        .unwrap();
+        assert!(plan.groups.len() > 1);
+        assert!(plan.groups.iter().all(|g| g.settings[0] == plan.groups[0].settings[0]));
+        assert_eq!(plan.rows(), 60);
+    }
+
+    #[test]
+    fn an_absurd_product_is_refused_before_it_is_made() {
+        let values: Vec<_> = (16..1016).map(|v| v.to_string()).collect();
+        let error = plan(&format!(
+            "about = 't'\n[[measure]]\nproblem = 'shadow-filtering'\nforms = ['cpu']\n\
+             knobs = {{ resolution = [{0}], taps = [{0}] }}\n\
+             [[measure.technique]]\nid = 'pcf'",
+            values.join(",")
+        ))
+        .unwrap_err();
+        assert!(error.to_string().contains("more than 100000 combinations"), "{error}");
+    }
+
+    #[test]
     fn mistakes_are_named() {
         let block = "about = 't'\n[[measure]]\nproblem = 'shadow-filtering'\n";
         for (text, expect) in [
@@ -338,6 +415,16 @@ mod tests {
             (&format!("{block}knobs = {{ size = [1] }}"), "no knob `size`"),
             (&format!("{block}knobs = {{ resolution = [0] }}"), "must be an integer"),
             (&format!("{block}knobs = {{ resolution = [] }}"), "empty list"),
+            (&format!("repeats = 0\n{block}"), "`repeats` = 0: must be an integer in 1..="),
+            (&format!("limit_s = 0\n{block}"), "`limit_s` = 0: must be an integer in 1..="),
+            (
+                &format!("limit_s = 9000000000000000000\n{block}"),
+                "must be an integer in 1..=604800",
+            ),
+            (
+                &format!("{block}knobs = {{ layers = [1] }}\n[[measure.technique]]\nid = 'hard'"),
+                "no knob `layers`; there is: ",
+            ),
             (&format!("{block}[[measure.technique]]\nid = 'wsm'"), "no technique `wsm`"),
             (
                 &format!("{block}[[measure.technique]]\nid = 'vsm'\nvariants = ['x']"),

@@ -21,10 +21,15 @@ impl TruthCache {
         let folder = match env::var_os(CACHE_VARIABLE) {
             Some(value) if value == "off" || value.is_empty() => None,
             Some(value) => Some(PathBuf::from(value)),
-            None => env::var_os("XDG_CACHE_HOME")
-                .map(PathBuf::from)
-                .or_else(|| env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache")))
-                .map(|cache| cache.join("dapple")),
+            None => {
+                // Empty or relative counts as unset (XDG Base Directory Specification): a cache
+                // must not land in whatever folder the program happens to run in.
+                let folder =
+                    |name| env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
+                folder("XDG_CACHE_HOME")
+                    .or_else(|| Some(folder("HOME")?.join(".cache")))
+                    .map(|cache| cache.join("dapple"))
+            }
         };
         Self { folder }
     }

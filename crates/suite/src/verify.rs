@@ -23,7 +23,7 @@ pub struct Tally {
     pub failed: u64,
     /// The first failures, in words.
     pub failures: Vec<String>,
-    /// Largest deviation seen and the bound it must keep, where the gate has one.
+    /// The deviation nearest to its bound, or furthest beyond, and that bound.
     pub worst: Option<(f64, f64)>,
 }
 
@@ -41,9 +41,9 @@ impl Tally {
 
     /// Counts one check of `deviation <= bound` (NaN fails) and keeps the worst.
     pub fn within(&mut self, deviation: f64, bound: f64, describe: impl FnOnce() -> String) {
-        let worst =
-            self.worst.map_or(deviation, |(w, _)| if deviation > w { deviation } else { w });
-        self.worst = Some((worst, bound));
+        if self.worst.is_none_or(|(w, b)| deviation - bound > w - b) {
+            self.worst = Some((deviation, bound));
+        }
         self.check(deviation <= bound, || {
             format!("{}: {deviation:.3e} exceeds {bound:.3e}", describe())
         });
@@ -167,7 +167,12 @@ pub fn run_gate(problem: &'static str, gate: &Gate, context: &GateContext<'_>) -
         return report;
     }
     report.outcome = match (gate.control)(context) {
-        // A fault that makes the form refuse its input is caught as well.
+        // A fault that makes the form refuse its input is caught as well; a lost device or a full
+        // disk has caught nothing.
+        Err(error) if error.exit_code() == 3 => {
+            report.detail = format!("control: {error}");
+            Outcome::Error
+        }
         Err(error) => {
             report.control_failed = 1;
             report.detail = format!("control refused: {error}");
@@ -247,6 +252,27 @@ mod tests {
         assert_eq!(outcome(|| tally(&[]), || tally(&[2.0])), Outcome::NothingChecked);
         assert_eq!(outcome(|| tally(&[0.5]), || tally(&[0.5])), Outcome::ControlMissed);
         assert_eq!(outcome(|| tally(&[0.5]), || tally(&[])), Outcome::ControlMissed);
+    }
+
+    #[test]
+    fn a_control_is_caught_by_a_refusal_and_not_by_a_broken_environment() {
+        let context = GateContext { gpu: None, cases: 1, seed: 0 };
+        let with = |control: fn() -> SuiteError| {
+            let honest = gate(|| tally(&[0.5]), || tally(&[]));
+            let gate = Gate { control: Box::new(move |_| Err(control())), ..honest };
+            run_gate("p", &gate, &context).outcome
+        };
+        assert_eq!(with(|| SuiteError::Usage("refused".into())), Outcome::Passed);
+        let disk = || SuiteError::io("disk")(std::io::Error::other("full"));
+        assert_eq!(with(disk), Outcome::Error);
+    }
+
+    #[test]
+    fn the_worst_deviation_stands_beside_its_own_bound() {
+        let mut tally = Tally::default();
+        tally.within(0.9, 1.0, || "near".into());
+        tally.within(5.0, 100.0, || "far".into());
+        assert_eq!(tally.worst, Some((0.9, 1.0)));
     }
 
     #[test]

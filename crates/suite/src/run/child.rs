@@ -3,7 +3,8 @@
 use super::protocol::{Event, FaultKind, Job};
 use crate::{
     SuiteError,
-    environment::environment,
+    environment::{environment, requires_gpu},
+    knob::Knobs,
     plan::Group,
     problem::{Checked, Facts, Form, FrameTime, Setting, Subject},
     problems,
@@ -58,7 +59,9 @@ fn open(job: &Job) -> Result<Adapter, SuiteError> {
     }
     match Gpu::open(&job.adapter()) {
         Ok(gpu) => Ok(Adapter::Open(Box::new(gpu))),
-        Err(error @ (GpuError::NoAdapter { .. } | GpuError::Unsound { .. })) => {
+        Err(error @ (GpuError::NoAdapter { .. } | GpuError::Unsound { .. }))
+            if job.adapter.is_none() && !requires_gpu() =>
+        {
             Ok(Adapter::Missing(error.to_string()))
         }
         Err(error) => Err(error.into()),
@@ -104,6 +107,7 @@ fn measure(job: &Job, gpu: Option<&Gpu>, emit: &mut dyn FnMut(Event)) -> Result<
                 row.status = Status::Failed { stage: "check".into(), reason };
                 finish(job, i, row, emit);
             }
+            Err(error) if is_device_gone(&error) => return Err(error),
             Err(error) => {
                 let mut row = row(job, i, &facts, gpu);
                 row.status = Status::Failed { stage: "check".into(), reason: error.to_string() };
@@ -117,17 +121,22 @@ fn measure(job: &Job, gpu: Option<&Gpu>, emit: &mut dyn FnMut(Event)) -> Result<
     for _ in 0..job.repeats {
         for subject in &mut timed {
             emit(Event::Begin { setting: subject.setting, stage: "time".into() });
-            subject.repeat();
+            subject.repeat()?;
         }
     }
-    let baseline = timed.first().filter(|t| t.setting == 0).map(Timed::totals);
+    let baseline = timed.first().filter(|t| t.setting == 0 && t.failure.is_none());
     for subject in &timed {
         let mut row = row(job, subject.setting, &facts, gpu);
         fill_checked(&mut row, &subject.checked);
-        subject.fill(&mut row, baseline.as_deref());
+        subject.fill(&mut row, baseline);
         finish(job, subject.setting, row, emit);
     }
     Ok(())
+}
+
+/// Whoever uses the device next fails as well, and is not to blame: the group ends here.
+fn is_device_gone(error: &SuiteError) -> bool {
+    matches!(error, SuiteError::Gpu(GpuError::DeviceLost(_) | GpuError::Timeout { .. }))
 }
 
 fn commit_fault(job: &Job, setting: &Setting) {
@@ -153,10 +162,11 @@ impl<'a> Timed<'a> {
         }
     }
 
-    /// One repeat: a reset, then every frame of the path.
-    fn repeat(&mut self) {
+    /// One repeat: a reset, then every frame of the path. A failure is kept for the row, unless
+    /// the device is gone.
+    fn repeat(&mut self) -> Result<(), SuiteError> {
         if self.failure.is_some() {
-            return;
+            return Ok(());
         }
         let frames = self.subject.frames();
         let run: Result<Vec<FrameTime>, SuiteError> = self
@@ -164,6 +174,7 @@ impl<'a> Timed<'a> {
             .reset()
             .and_then(|()| (0..frames).map(|frame| self.subject.frame(frame)).collect());
         match run {
+            Err(error) if is_device_gone(&error) => return Err(error),
             Err(error) => self.failure = Some(error.to_string()),
             Ok(times) => {
                 self.wall.push(times.iter().map(|t| t.wall_ns).collect());
@@ -176,6 +187,7 @@ impl<'a> Timed<'a> {
                 }
             }
         }
+        Ok(())
     }
 
     /// The clock and the samples that count: the device's where every repeat has them.
@@ -191,7 +203,7 @@ impl<'a> Timed<'a> {
         self.samples().1.iter().map(|frames| frames.iter().sum::<u64>() as f64).collect()
     }
 
-    fn fill(&self, row: &mut Row, baseline: Option<&[f64]>) {
+    fn fill(&self, row: &mut Row, baseline: Option<&Timed<'_>>) {
         if let Some(reason) = &self.failure {
             row.status = Status::Failed { stage: "time".into(), reason: reason.clone() };
             return;
@@ -205,8 +217,11 @@ impl<'a> Timed<'a> {
                 row.passes_ns.insert((*name).into(), median as u64);
             }
         }
-        row.ratio =
-            baseline.and_then(|b| stats::paired_ratio(&self.totals(), b).ok()).map(|r| r.median);
+        // A device's time over a wall clock's would say nothing.
+        row.ratio = baseline
+            .filter(|baseline| baseline.samples().0 == clock)
+            .and_then(|baseline| stats::paired_ratio(&self.totals(), &baseline.totals()).ok())
+            .map(|ratio| ratio.median);
     }
 }
 
@@ -259,6 +274,8 @@ pub fn blank(group: &Group, setting: usize) -> Row {
         scene: group.case.scene.clone(),
         view: group.case.view.clone(),
         baseline: format!("{}/{}", baseline.technique, baseline.variant),
+        // In place of the truth's own words, which only a prepared case has.
+        truth: words(&group.case.parameters),
         cpu: facts.cpu.clone(),
         threads: facts.threads,
         machine: facts.machine.clone(),
@@ -267,6 +284,10 @@ pub fn blank(group: &Group, setting: usize) -> Row {
         shader_hash: facts.shader_hash.clone(),
         ..Row::default()
     }
+}
+
+fn words(parameters: &Knobs) -> String {
+    parameters.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ")
 }
 
 fn not_run(job: &Job, reason: &str, emit: &mut dyn FnMut(Event)) {
@@ -288,5 +309,130 @@ fn finish(job: &Job, setting: usize, mut row: Row, emit: &mut dyn FnMut(Event)) 
     }
     row.time = dapple_records::time::now();
     row.row = row.identity();
+    // A row that no record may hold, e.g. with an error that is not a number, fails alone.
+    if let Err(error) = dapple_records::validate(&row) {
+        row.status = Status::Failed { stage: "record".into(), reason: error.to_string() };
+        row.samples_ns.clear();
+        row.passes_ns.clear();
+        row.ratio = None;
+    }
     emit(Event::Row(Box::new(row)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sweep::Sweep;
+    use std::path::Path;
+
+    /// A technique that takes as long as it is told, by the clock it is told.
+    struct Fake {
+        wall_ns: u64,
+        gpu_ns: Option<u64>,
+        error: Option<fn() -> SuiteError>,
+    }
+
+    impl Subject for Fake {
+        fn frames(&self) -> usize {
+            2
+        }
+
+        fn reset(&mut self) -> Result<(), SuiteError> {
+            Ok(())
+        }
+
+        fn frame(&mut self, _: usize) -> Result<FrameTime, SuiteError> {
+            let time = FrameTime { wall_ns: self.wall_ns, gpu_ns: self.gpu_ns, passes: Vec::new() };
+            self.error.map_or(Ok(time), |error| Err(error()))
+        }
+
+        fn check(&mut self) -> Result<Checked, SuiteError> {
+            Ok(Checked::default())
+        }
+    }
+
+    fn timed(wall_ns: u64, gpu_ns: Option<u64>) -> Timed<'static> {
+        let mut timed = failing(wall_ns, gpu_ns, None);
+        for _ in 0..3 {
+            timed.repeat().unwrap();
+        }
+        timed
+    }
+
+    fn failing(
+        wall_ns: u64,
+        gpu_ns: Option<u64>,
+        error: Option<fn() -> SuiteError>,
+    ) -> Timed<'static> {
+        Timed::new(0, Box::new(Fake { wall_ns, gpu_ns, error }), Checked::default())
+    }
+
+    fn ratio(subject: &Timed<'_>, baseline: &Timed<'_>) -> Option<f64> {
+        let mut row = Row::default();
+        subject.fill(&mut row, Some(baseline));
+        row.ratio
+    }
+
+    #[test]
+    fn ratios_are_of_times_by_the_same_clock() {
+        assert_eq!(ratio(&timed(30, None), &timed(10, None)), Some(3.0));
+        assert_eq!(ratio(&timed(99, Some(8)), &timed(77, Some(4))), Some(2.0));
+        assert_eq!(ratio(&timed(30, None), &timed(10, Some(4))), None);
+        assert_eq!(ratio(&timed(30, Some(4)), &timed(10, None)), None);
+    }
+
+    #[test]
+    fn a_lost_device_ends_the_group_and_another_error_only_its_setting() {
+        let lost = || SuiteError::Gpu(GpuError::DeviceLost("gone".into()));
+        assert!(failing(1, None, Some(lost)).repeat().is_err());
+        let mut wrong = failing(1, None, Some(|| SuiteError::Usage("odd".into())));
+        wrong.repeat().unwrap();
+        let mut row = Row::default();
+        wrong.fill(&mut row, None);
+        assert_eq!(row.status, Status::Failed { stage: "time".into(), reason: "odd".into() });
+    }
+
+    fn job() -> Job {
+        let text = "about = 't'\n[[measure]]\nproblem = 'partition-offsets'\nforms = ['cpu']\n\
+                    parameters = { frames = [1, 2] }";
+        let plan = Sweep::parse(Path::new("t"), text).unwrap().plan("t").unwrap();
+        Job {
+            run: "r".into(),
+            index: 0,
+            group: plan.groups[0].clone(),
+            todo: vec![0],
+            banned: Vec::new(),
+            repeats: 1,
+            adapter: None,
+            fault: None,
+        }
+    }
+
+    #[test]
+    fn a_row_that_no_record_may_hold_becomes_a_failure() {
+        let job = job();
+        let mut bad = blank(&job.group, 0);
+        bad.run.clone_from(&job.run);
+        bad.clock = "wall".into();
+        bad.samples_ns = vec![vec![5]];
+        bad.ratio = Some(1.0);
+        bad.errors.insert("rmse".into(), f64::NAN);
+        let mut rows = Vec::new();
+        finish(&job, 0, bad, &mut |event| {
+            if let Event::Row(row) = event {
+                rows.push(*row);
+            }
+        });
+        dapple_records::validate(&rows[0]).unwrap();
+        assert!(matches!(&rows[0].status, Status::Failed { stage, .. } if stage == "record"));
+    }
+
+    #[test]
+    fn a_row_of_a_case_that_was_never_prepared_still_tells_its_parameters() {
+        let group = job().group;
+        let mut other = group.clone();
+        other.case.parameters.insert("frames".into(), 2.into());
+        assert!(blank(&group, 0).truth.contains("frames=1"));
+        assert_ne!(blank(&group, 0).identity(), blank(&other, 0).identity());
+    }
 }
