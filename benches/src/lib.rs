@@ -3,7 +3,7 @@
 
 use criterion::{BenchmarkGroup, Criterion, measurement::WallTime};
 use dapple_gpu::Gpu;
-use dapple_records::{RunHeader, Status, Writer, now};
+use dapple_records::{RunHeader, Status, Writer, new_run_id, now};
 use dapple_suite::{
     environment::environment,
     plan::{Group, Plan},
@@ -52,7 +52,7 @@ pub fn sweep(criterion: &mut Criterion, name: &str, toml: &str) {
         }
         benches.finish();
     }
-    writer.end(&plan.hash()).unwrap_or_else(|e| panic!("closing the records: {e}"));
+    writer.end().unwrap_or_else(|e| panic!("closing the records: {e}"));
 }
 
 /// Where the records of benches go: beside those of `dapple measure`.
@@ -63,10 +63,11 @@ fn records() -> std::path::PathBuf {
 fn header(plan: &Plan) -> RunHeader {
     let facts = environment();
     RunHeader {
-        run: blake3_of(&format!("{}{}", plan.hash(), now())),
+        run: new_run_id(),
         sweep: format!("bench-{}", plan.name),
         sweep_hash: plan.hash(),
         command: "cargo bench".into(),
+        version: env!("CARGO_PKG_VERSION").into(),
         machine: facts.machine.clone(),
         cpu: facts.cpu.clone(),
         threads: facts.threads,
@@ -77,15 +78,11 @@ fn header(plan: &Plan) -> RunHeader {
     }
 }
 
-fn blake3_of(text: &str) -> String {
-    blake3::hash(text.as_bytes()).to_hex()[..8].to_string()
-}
-
 /// Runs the group as the runner would, which checks it, and keeps its rows.
 #[expect(clippy::panic, reason = "a bench must not time what is wrong")]
 fn record(writer: &mut Writer, index: usize, group: &Group) {
     let job = Job {
-        run: "bench".into(),
+        run: writer.run().into(),
         index,
         group: group.clone(),
         todo: (0..group.settings.len()).collect(),

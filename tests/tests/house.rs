@@ -99,7 +99,7 @@ fn there_is_one_glam_and_one_wgpu() {
         .manifest_path(Path::new(ROOT).join("Cargo.toml"))
         .exec()
         .expect("cargo metadata");
-    let resolve = metadata.resolve.expect("a resolved graph");
+    let resolve = metadata.resolve.as_ref().expect("a resolved graph");
     for name in ["glam", "wgpu", "naga"] {
         let built: Vec<_> = resolve
             .nodes

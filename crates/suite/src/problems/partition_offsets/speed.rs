@@ -65,7 +65,7 @@ fn copy_share(context: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
         });
     };
     // The indices of every leaf are one binding.
-    let binding = u64::from(gpu.limits().max_storage_buffer_binding_size) / 32;
+    let binding = gpu.limits().max_storage_buffer_binding_size / 32;
     let leaves = LEAVES.min(binding as usize);
     let cells = Cells::generate(0, leaves, 512)?;
     let q = vec![FULL; cells.len()];

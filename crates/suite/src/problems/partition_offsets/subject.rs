@@ -21,14 +21,14 @@ pub enum Packer {
     /// On the processor.
     Cpu(cpu::Extractor),
     /// On the device.
-    Gpu(Extractor),
+    Gpu(Box<Extractor>),
     /// On the processor, then uploaded.
     Upload(CpuUpload),
 }
 
 /// The packing of that technique, its buffers allocated.
 pub fn packer(technique: &str, gpu: Option<&Gpu>, cells: &Cells) -> Result<Packer, SuiteError> {
-    let device = |mapping| Ok(Packer::Gpu(Extractor::new(need(gpu)?, cells, mapping)?));
+    let device = |mapping| Ok(Packer::Gpu(Box::new(Extractor::new(need(gpu)?, cells, mapping)?)));
     match technique {
         "thread-per-cell" => device(Mapping::ThreadPerCell),
         "workgroup-per-cell" => device(Mapping::WorkgroupPerCell),

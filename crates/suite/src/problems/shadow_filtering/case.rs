@@ -32,7 +32,7 @@ use std::{
 pub const LEAST_N_DOT_L: f64 = 0.05;
 
 /// Changes with whatever changes the truth's values.
-const TRUTH_VERSION: u32 = 1;
+const TRUTH_VERSION: u32 = 2;
 
 /// Texel comparisons that one check against the reference may cost.
 const REFERENCE_BUDGET: u64 = 1 << 26;
@@ -116,9 +116,10 @@ impl<'g> ShadowCase<'g> {
         ));
         let key = format!(
             "shadow-filtering v{TRUTH_VERSION} {hash} {camera:?} {view:?} {width}x{height} \
-             footprint {footprint:?} rays {rays} seed {} least {LEAST_N_DOT_L} plane {:?}",
+             footprint {footprint:?} rays {rays} seed {} least {LEAST_N_DOT_L} plane {:?} {:?}",
             case.seed,
-            dapple_trace::PLANE_EPSILON
+            dapple_trace::PLANE_EPSILON,
+            dapple_trace::SURFACE_REACH
         );
         let truth = TruthCache::from_environment().get(&key, mask.len(), || {
             let all = dapple_trace::filtered_visibility_all(

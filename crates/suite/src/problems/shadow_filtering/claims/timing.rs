@@ -10,7 +10,7 @@ use std::time::Instant;
 
 /// Runs both `pairs` times in turn, after one run of each that is thrown away: caches and clocks
 /// drift, and what is measured side by side drifts together.
-fn paired(
+pub fn paired(
     pairs: usize,
     mut a: impl FnMut() -> Result<f64, SuiteError>,
     mut b: impl FnMut() -> Result<f64, SuiteError>,
