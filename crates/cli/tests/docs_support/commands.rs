@@ -30,7 +30,7 @@ impl Known {
     /// What is wrong with a command line, if anything. Words in capitals stand for anything.
     pub fn objection(&self, command: &str) -> Option<String> {
         let words: Vec<&str> = command.split_whitespace().skip(1).collect();
-        let Some(verb) = words.first().filter(|word| !word.starts_with('-')) else { return None };
+        let verb = words.first().filter(|word| !word.starts_with('-'))?;
         if placeholder(verb) {
             return None;
         }
