@@ -129,7 +129,7 @@ pub struct Measure {
     #[arg(long)]
     pub adapter: Option<String>,
     /// Timed repeats [default: the sweep's, or 5].
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub repeats: Option<u32>,
     /// Folder of the records.
     #[arg(long, default_value = "records")]
@@ -185,7 +185,7 @@ pub struct Verify {
     #[arg(long)]
     pub technique: Option<String>,
     /// Random cases a property [default: 64, or PROPTEST_CASES].
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub cases: Option<u32>,
     /// Seed of random input.
     #[arg(long, default_value_t = 1)]

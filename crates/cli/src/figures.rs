@@ -1,13 +1,16 @@
 //! Rows as tables: fronts, failures, notes.
 
-use crate::{args::Format, output::Table};
+use crate::{
+    args::Format,
+    output::{Table, note, put},
+};
 use anyhow::Result;
 use dapple_records::{
     Row, Status,
     front::{self, Constraint, Front},
 };
 use dapple_suite::{SuiteError, problem::Spec, problems};
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, io};
 
 /// What to print of a set of rows.
 pub struct View<'a> {
@@ -27,7 +30,7 @@ pub fn print_fronts(rows: &[Row], view: &View<'_>) -> Result<()> {
     }
     for (id, rows) in by_problem {
         let Ok(problem) = problems::find(id) else {
-            eprintln!("{} rows of `{id}`, which this program does not know", rows.len());
+            note!("{} rows of `{id}`, which this program does not know", rows.len());
             continue;
         };
         let spec = problem.spec();
@@ -58,16 +61,16 @@ fn print_problem(spec: &Spec, metric: &str, rows: &[&Row], view: &View<'_>) -> R
                 let mut table = Table::new(&COLUMNS);
                 fill(&mut table, front, &rows, view.all);
                 if !table.is_empty() {
-                    title(spec, metric, front, clock);
+                    title(spec, metric, front, clock)?;
                     table.print(view.format)?;
-                    dominated_note(front, &rows, view.all);
-                    println!();
+                    dominated_note(front, &rows, view.all)?;
+                    put!("")?;
                 }
             } else {
                 fill(&mut machine_readable, front, &rows, view.all);
             }
             for excluded in &front.excluded {
-                eprintln!("not ranked: {}: {}", label(rows[excluded.index]), excluded.reason);
+                note!("not ranked: {}: {}", label(rows[excluded.index]), excluded.reason);
             }
         }
     }
@@ -81,14 +84,20 @@ fn print_problem(spec: &Spec, metric: &str, rows: &[&Row], view: &View<'_>) -> R
 const COLUMNS: [&str; 10] =
     ["technique", "form", "time", "± MAD", "ratio", "error", "leak", "memory", "knobs", "on front"];
 
-fn title(spec: &Spec, metric: &str, front: &Front, clock: &str) {
+fn title(spec: &Spec, metric: &str, front: &Front, clock: &str) -> io::Result<()> {
     let key = &front.key;
     let unit = spec.metrics.iter().find(|m| m.name == metric).map_or("", |m| m.unit);
     let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
-    println!(
+    put!(
         "{}: {} {}  {}\n  error: {metric}{unit} against {}\n  device: {} ({}), {clock} clock",
-        spec.id, key.case, key.view, key.size, key.truth, key.adapter, key.device
-    );
+        spec.id,
+        key.case,
+        key.view,
+        key.size,
+        key.truth,
+        key.adapter,
+        key.device
+    )
 }
 
 fn fill(table: &mut Table, front: &Front, rows: &[&Row], all: bool) {
@@ -129,9 +138,9 @@ fn knobs(row: &Row) -> String {
 }
 
 /// Names what is dominated, and by what, in one line a technique.
-fn dominated_note(front: &Front, rows: &[&Row], all: bool) {
+fn dominated_note(front: &Front, rows: &[&Row], all: bool) -> io::Result<()> {
     if all {
-        return;
+        return Ok(());
     }
     let on_front: Vec<_> =
         front.points.iter().filter(|p| p.on_front).map(|p| &rows[p.index].technique).collect();
@@ -144,8 +153,9 @@ fn dominated_note(front: &Front, rows: &[&Row], all: bool) {
     }
     if !beaten.is_empty() {
         let list: Vec<_> = beaten.iter().map(|(a, b)| format!("{a} (by {b})")).collect();
-        println!("dominated: {}", list.join(", "));
+        put!("dominated: {}", list.join(", "))?;
     }
+    Ok(())
 }
 
 /// What failed and what was not run, one line a reason: a case that cannot be prepared fails all
@@ -168,7 +178,7 @@ fn print_missing(rows: &[&Row]) {
             [row] => label(row),
             rows => format!("{} settings", rows.len()),
         };
-        eprintln!("{outcome}: {who}: {reason}");
+        note!("{outcome}: {who}: {reason}");
     }
 }
 

@@ -8,6 +8,7 @@ mod verbs;
 use args::{Args, Verb};
 use clap::Parser;
 use dapple_suite::SuiteError;
+use output::note;
 use std::process::ExitCode;
 
 /// How a verb ends when it does not fail: a failed check is a result, not an error.
@@ -22,7 +23,7 @@ pub enum Outcome {
 
 fn main() -> ExitCode {
     // Without this a closed pipe (`dapple list | head`) panics in the middle of a line.
-    reset_pipe_signal();
+    die_of_closed_pipes(true);
     let args = Args::parse();
     let result = match args.verb {
         None => verbs::status::run(),
@@ -41,20 +42,48 @@ fn main() -> ExitCode {
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Ok(Outcome::Code(code)) => ExitCode::from(code),
         Err(error) => {
-            eprintln!("dapple: {error:#}");
+            note!("dapple: {}", chain(&error));
             let code = error.downcast_ref::<SuiteError>().map_or(3, SuiteError::exit_code);
             ExitCode::from(code)
         }
     }
 }
 
+/// An error with its causes, less those that an outer text already ends in.
+fn chain(error: &anyhow::Error) -> String {
+    let mut text = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !text.ends_with(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}
+
+/// Whether a closed pipe ends the program at once, as it does other filters, or is an error to
+/// the one who writes.
 #[cfg(unix)]
-fn reset_pipe_signal() {
-    // SAFETY: called once, before any thread is started; SIG_DFL is a valid disposition.
+pub fn die_of_closed_pipes(die: bool) {
+    // SAFETY: both are valid dispositions, and no handler is replaced.
     unsafe {
-        libc::signal(libc::SIGPIPE, libc::SIG_DFL);
+        libc::signal(libc::SIGPIPE, if die { libc::SIG_DFL } else { libc::SIG_IGN });
     }
 }
 
 #[cfg(not(unix))]
-fn reset_pipe_signal() {}
+pub fn die_of_closed_pipes(_: bool) {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context;
+
+    #[test]
+    fn a_cause_is_said_once() {
+        let cause = || std::io::Error::other("no space");
+        let said: anyhow::Error = SuiteError::io("writing x")(cause()).into();
+        assert_eq!(chain(&said), "writing x: no space");
+        let context = Err::<(), _>(cause()).context("writing y").unwrap_err();
+        assert_eq!(chain(&context), "writing y: no space");
+    }
+}

@@ -4,7 +4,32 @@ use crate::args::Format;
 use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, ContentArrangement, Table as Comfy, presets};
 use serde_json::{Map, Value};
-use std::io::{IsTerminal, Write};
+use std::{
+    fmt,
+    io::{self, IsTerminal, Write},
+};
+
+/// A line on standard output, or the error: `println!` panics where the disk is full.
+macro_rules! put {
+    ($($text:tt)*) => { $crate::output::line(format_args!($($text)*)) };
+}
+
+/// A line on standard error; where nobody can read it, the work goes on.
+macro_rules! note {
+    ($($text:tt)*) => { $crate::output::side_line(format_args!($($text)*)) };
+}
+
+pub(crate) use {note, put};
+
+/// See [`put!`].
+pub fn line(text: fmt::Arguments<'_>) -> io::Result<()> {
+    writeln!(io::stdout().lock(), "{text}")
+}
+
+/// See [`note!`].
+pub fn side_line(text: fmt::Arguments<'_>) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
 
 /// Columns and rows; a cell is JSON so that numbers stay numbers.
 pub struct Table {
@@ -30,7 +55,7 @@ impl Table {
 
     /// Prints the table on standard output.
     pub fn print(&self, format: Format) -> Result<()> {
-        let mut out = std::io::stdout().lock();
+        let mut out = io::stdout().lock();
         match format {
             Format::Table => writeln!(out, "{}", self.comfy())?,
             Format::Jsonl => {
@@ -55,7 +80,7 @@ impl Table {
     fn comfy(&self) -> Comfy {
         let mut table = Comfy::new();
         table.load_preset(presets::NOTHING).set_header(&self.columns);
-        if std::io::stdout().is_terminal() {
+        if io::stdout().is_terminal() {
             table.set_content_arrangement(ContentArrangement::Dynamic);
         }
         for row in &self.rows {
@@ -105,7 +130,7 @@ mod tests {
         for (x, text) in [
             (0.0, "0"),
             (0.012345, "0.01235"),
-            (-3.14159, "-3.142"),
+            (-2.34567, "-2.346"),
             (123456.0, "123456"),
             (1e-9, "1.00e-9"),
             (2.5e7, "2.50e7"),

@@ -1,6 +1,6 @@
 //! `dapple doctor`: adapters, what the probes found, and what that rules out.
 
-use crate::{Outcome, args, verbs::choice};
+use crate::{Outcome, args, output::put, verbs::choice};
 use anyhow::Result;
 use dapple_gpu::{Abilities, Gpu, GpuError};
 use dapple_suite::environment::environment;
@@ -8,42 +8,42 @@ use dapple_suite::environment::environment;
 /// Prints what there is. Exit 3 if the adapter that would be used is unsound or refuses.
 pub fn run(args: &args::Doctor) -> Result<Outcome> {
     let facts = environment();
-    println!("processor: {}, {} threads", facts.cpu, facts.threads);
-    println!("program:   {}{}", facts.revision, if facts.dirty { " with changes" } else { "" });
+    put!("processor: {}, {} threads", facts.cpu, facts.threads)?;
+    put!("program:   {}{}", facts.revision, if facts.dirty { " with changes" } else { "" })?;
     let adapters = dapple_gpu::adapters();
-    println!("adapters:  {}", if adapters.is_empty() { "none" } else { "" });
+    put!("adapters:  {}", if adapters.is_empty() { "none" } else { "" })?;
     for adapter in &adapters {
-        println!("  {}", adapter.line());
+        put!("  {}", adapter.line())?;
     }
     match Gpu::open(&choice(args.adapter.as_ref())) {
         Ok(gpu) => {
-            println!("in use:    {}", gpu.facts.line());
-            print_abilities(&gpu.abilities);
+            put!("in use:    {}", gpu.facts.line())?;
+            print_abilities(&gpu.abilities)?;
             let limits = gpu.limits();
-            println!(
+            put!(
                 "limits:    storage binding {} MiB, buffer {} MiB, texture side {}, workgroup {}",
                 limits.max_storage_buffer_binding_size >> 20,
                 limits.max_buffer_size >> 20,
                 limits.max_texture_dimension_2d,
                 limits.max_compute_invocations_per_workgroup
-            );
+            )?;
             Ok(Outcome::Ok)
         }
         // A machine without an adapter is a machine where the cpu forms run: nothing is broken.
         Err(error @ GpuError::NoAdapter { .. }) => {
-            println!("in use:    none; gpu forms are reported as not run");
-            println!("  {error}");
+            put!("in use:    none; gpu forms are reported as not run")?;
+            put!("  {error}")?;
             Ok(Outcome::Ok)
         }
         Err(error) => {
-            println!("in use:    none: {error}");
+            put!("in use:    none: {error}")?;
             Ok(Outcome::Code(3))
         }
     }
 }
 
 /// Each finding with what it means for the measurements.
-fn print_abilities(abilities: &Abilities) {
+fn print_abilities(abilities: &Abilities) -> std::io::Result<()> {
     let findings = [
         ("loops", abilities.loops_sound, "long loops run to their end"),
         ("timestamps", abilities.timestamps, "device times are recorded; without, wall times"),
@@ -62,9 +62,10 @@ fn print_abilities(abilities: &Abilities) {
         ("multi-draw count", abilities.multi_draw_indirect_count, "counts from a buffer"),
     ];
     for (name, there, meaning) in findings {
-        println!("  {:<4} {name:<20} {meaning}", if there { "yes" } else { "no" });
+        put!("  {:<4} {name:<20} {meaning}", if there { "yes" } else { "no" })?;
     }
     for note in &abilities.notes {
-        println!("  note: {note}");
+        put!("  note: {note}")?;
     }
+    Ok(())
 }

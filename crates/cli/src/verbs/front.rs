@@ -1,6 +1,6 @@
 //! `dapple front`.
 
-use crate::{Outcome, args, figures};
+use crate::{Outcome, args, figures, output::note};
 use anyhow::Result;
 use dapple_records::Read;
 use dapple_suite::{SuiteError, problems};
@@ -34,7 +34,7 @@ fn read(path: &Path) -> Result<Read, SuiteError> {
     };
     if let Some(first) = read.skipped.first() {
         let count = read.skipped.len();
-        eprintln!("{count} lines skipped; the first is line {}: {}", first.line, first.reason);
+        note!("{count} lines skipped; the first is line {}: {}", first.line, first.reason);
     }
     Ok(read)
 }

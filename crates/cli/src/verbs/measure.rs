@@ -3,10 +3,11 @@
 use crate::{
     Outcome,
     args::{self, CaseArgs},
-    figures,
+    die_of_closed_pipes, figures,
+    output::note,
 };
 use anyhow::Result;
-use dapple_records::Status;
+use dapple_records::{RecordError, Status};
 use dapple_suite::{
     SuiteError,
     case::{self, Source},
@@ -48,13 +49,20 @@ pub fn run(args: &args::Measure) -> Result<Outcome> {
         fault: args.fault.as_deref().map(fault).transpose()?,
     };
     let bar = progress_bar(plan.rows());
+    // A measuring process that dies at its start, or a reader of our notes that goes away, must
+    // not take the sweep along.
+    die_of_closed_pipes(false);
     let finished = run::run(&plan, &options, &stop, &mut |progress| show(&bar, &progress));
+    die_of_closed_pipes(true);
     bar.finish_and_clear();
+    if let Err(SuiteError::Record(RecordError::InUse(_))) = &finished {
+        note!("`--fresh` begins a run of its own beside it; each then slows the other");
+    }
     let finished = finished?;
     let rows = dapple_records::read_file(&finished.path)?.rows;
     let view = figures::View { metric: None, all: true, format: args.format };
     figures::print_fronts(&rows, &view)?;
-    eprintln!("records: {}", finished.path.display());
+    note!("records: {}", finished.path.display());
     if let Some((_, code)) = finished.failed_groups.first() {
         return Ok(Outcome::Code(*code));
     }
@@ -65,13 +73,22 @@ pub fn run(args: &args::Measure) -> Result<Outcome> {
 /// The child's side.
 pub fn serve() -> Result<Outcome> {
     // The lock is not held across the job: a driver may print on standard output too.
-    run::serve(&mut std::io::stdin(), &mut std::io::stdout())?;
+    run::serve(std::io::stdin(), &mut std::io::stdout())?;
     Ok(Outcome::Ok)
 }
 
+/// As a shell would take it again.
 fn command_line() -> String {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    format!("dapple {}", arguments.join(" "))
+    let arguments = std::env::args_os().skip(1).map(|a| quoted(&a.to_string_lossy()));
+    format!("dapple {}", arguments.collect::<Vec<_>>().join(" "))
+}
+
+fn quoted(argument: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=:,+@%".contains(c);
+    if !argument.is_empty() && argument.chars().all(plain) {
+        return argument.into();
+    }
+    format!("'{}'", argument.replace('\'', r"'\''"))
 }
 
 fn plan(args: &args::Measure) -> Result<Plan, SuiteError> {
@@ -185,12 +202,25 @@ fn show(bar: &ProgressBar, progress: &Progress<'_>) {
         Progress::Started { path, resumed, .. } => {
             bar.set_position(*resumed as u64);
             if *resumed > 0 {
-                bar.suspend(|| eprintln!("resuming {}: {resumed} rows are there", path.display()));
+                bar.suspend(|| note!("resuming {}: {resumed} rows are there", path.display()));
             }
         }
         Progress::Group(title) => bar.set_message((*title).to_string()),
         Progress::Stage { setting, stage } => bar.set_message(format!("{stage} {setting}")),
-        Progress::Note(text) => bar.suspend(|| eprintln!("note: {text}")),
+        Progress::Note(text) => bar.suspend(|| note!("note: {text}")),
         Progress::Row(_) => bar.inc(1),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn the_command_can_be_pasted_into_a_shell() {
+        assert_eq!(quoted("--knob=a,b"), "--knob=a,b");
+        assert_eq!(quoted("vsm/*"), "'vsm/*'");
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+        assert_eq!(quoted(""), "''");
     }
 }

@@ -10,7 +10,9 @@ pub mod scene;
 pub mod status;
 pub mod verify;
 
+use crate::output::note;
 use dapple_gpu::{AdapterChoice, Gpu, GpuError};
+use dapple_suite::environment::requires_gpu;
 
 /// The adapter a flag names, or the best.
 pub fn choice(adapter: Option<&String>) -> AdapterChoice {
@@ -23,9 +25,9 @@ pub fn open_gpu(adapter: Option<&String>) -> Result<Option<Gpu>, dapple_suite::S
     match Gpu::open(&choice(adapter)) {
         Ok(gpu) => Ok(Some(gpu)),
         Err(error @ (GpuError::NoAdapter { .. } | GpuError::Unsound { .. }))
-            if adapter.is_none() && std::env::var_os("DAPPLE_REQUIRE_GPU").is_none() =>
+            if adapter.is_none() && !requires_gpu() =>
         {
-            eprintln!("gpu forms are not run: {error}");
+            note!("gpu forms are not run: {error}");
             Ok(None)
         }
         Err(error) => Err(error.into()),

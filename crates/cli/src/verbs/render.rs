@@ -2,13 +2,14 @@
 
 use crate::{
     Outcome, args,
-    output::significant,
+    output::{note, put, significant},
     verbs::{
+        choice,
         measure::{form, lists, measure_block, pick},
-        open_gpu,
     },
 };
 use anyhow::Result;
+use dapple_gpu::Gpu;
 use dapple_suite::{
     SuiteError,
     problem::{Form, Picture},
@@ -38,12 +39,20 @@ pub fn run(args: &args::Render) -> Result<Outcome> {
         }
         e => e,
     })?;
+    if plan.rows() != 1 {
+        let rows = plan.rows();
+        let text = format!("render takes one scene and one setting, and this names {rows}");
+        return Err(SuiteError::Usage(text).into());
+    }
     let group = &plan.groups[0];
-    let gpu = if form == Form::Gpu { open_gpu(args.adapter.as_ref())? } else { None };
+    let gpu = match form {
+        Form::Gpu => Some(Gpu::open(&choice(args.adapter.as_ref())).map_err(SuiteError::from)?),
+        Form::Reference | Form::Cpu => None,
+    };
     let prepared = problem.prepare(&group.case, gpu.as_ref())?;
     let facts = prepared.facts();
     for note in &facts.notes {
-        eprintln!("note: {note}");
+        note!("note: {note}");
     }
     let mut subject = prepared.subject(&group.settings[0])?;
     let checked = subject.check()?;
@@ -53,16 +62,16 @@ pub fn run(args: &args::Render) -> Result<Outcome> {
     fs::create_dir_all(&args.output)
         .map_err(SuiteError::io(format!("making {}", args.output.display())))?;
     write(&picture, &args.output)?;
-    println!("{}: {} against {}", group.settings[0], group.case.name(), facts.truth);
+    put!("{}: {} against {}", group.settings[0], group.case.name(), facts.truth)?;
     for metric in spec.metrics {
         if let Some(value) = checked.errors.get(metric.name) {
-            println!("  {:<16} {:>10} {}", metric.name, significant(*value), metric.unit);
+            put!("  {:<16} {:>10} {}", metric.name, significant(*value), metric.unit)?;
         }
     }
     for violation in &checked.violations {
-        println!("  violated: {violation}");
+        put!("  violated: {violation}")?;
     }
-    println!("pictures: {}", args.output.display());
+    put!("pictures: {}", args.output.display())?;
     Ok(if checked.violations.is_empty() { Outcome::Ok } else { Outcome::CheckFailed })
 }
 

@@ -3,7 +3,7 @@
 use crate::{
     Outcome,
     args::{self, SceneVerb},
-    output::Table,
+    output::{Table, note, put},
 };
 use anyhow::Result;
 use dapple_scene::{Scene, generate, import, inspect, write_glb};
@@ -18,7 +18,7 @@ pub fn run(args: &args::Scene) -> Result<Outcome> {
         SceneVerb::Inspect { scene, format } => {
             let (scene, warnings) = load(scene)?;
             for warning in warnings {
-                eprintln!("warning: {warning}");
+                note!("warning: {warning}");
             }
             let inspection = inspect::inspect(&scene);
             let mut table = Table::new(&["option", "needed", "because"]);
@@ -27,7 +27,7 @@ pub fn run(args: &args::Scene) -> Result<Outcome> {
                 table.row([need.option.into(), needed.into(), need.because.clone().into()]);
             }
             if *format == args::Format::Table {
-                println!(
+                put!(
                     "{}: {} triangles ({} without area) in {} instances of {} meshes, {:.1} MiB, \
                      hash {}\n",
                     scene.name,
@@ -37,21 +37,25 @@ pub fn run(args: &args::Scene) -> Result<Outcome> {
                     inspection.meshes,
                     inspection.memory_bytes as f64 / (1024.0 * 1024.0),
                     scene.hash()
-                );
+                )?;
             }
             table.print(*format)?;
         }
         SceneVerb::Generate { name, seed, output } => {
+            if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("glb")) {
+                let name = output.display();
+                return Err(SuiteError::Usage(format!("{name}: the file must end in .glb")).into());
+            }
             let scene = generated(name, *seed)?;
             for warning in write_glb(&scene, output).map_err(SuiteError::from)? {
-                eprintln!("warning: {warning}");
+                note!("warning: {warning}");
             }
-            println!(
+            put!(
                 "{}: {} triangles, hash {}",
                 output.display(),
                 scene.triangle_count(),
                 scene.hash()
-            );
+            )?;
         }
     }
     Ok(Outcome::Ok)

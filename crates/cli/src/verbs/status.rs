@@ -1,6 +1,6 @@
 //! `dapple` without a verb: the state of the records, and what to try next.
 
-use crate::Outcome;
+use crate::{Outcome, output::put};
 use anyhow::Result;
 use dapple_records::Status;
 use std::path::Path;
@@ -11,29 +11,31 @@ pub fn run() -> Result<Outcome> {
     if folder.is_dir() {
         let read = dapple_records::read_dir(folder)?;
         let count = |f: fn(&Status) -> bool| read.rows.iter().filter(|r| f(&r.status)).count();
-        println!(
+        put!(
             "records/: {} runs, {} rows ({} failed, {} not run), {} lines skipped",
             read.headers.len(),
             read.rows.len(),
             count(|s| matches!(s, Status::Failed { .. })),
             count(|s| matches!(s, Status::NotRun { .. })),
             read.skipped.len()
-        );
+        )?;
         for header in read.headers.iter().filter(|h| !read.ended.contains(&h.run)) {
-            println!(
+            put!(
                 "unfinished: {} of {}; `{}` resumes it",
-                header.sweep, header.time, header.command
-            );
+                header.sweep,
+                header.time,
+                header.command
+            )?;
         }
-        println!("\nnext:\n  dapple front                    fronts of these records");
+        put!("\nnext:\n  dapple front                    fronts of these records")?;
     } else {
-        println!("no records yet\n\nnext:");
+        put!("no records yet\n\nnext:")?;
     }
-    println!(
+    put!(
         "  dapple measure --sweep quick    every technique, under a minute\n  \
          dapple verify                   correctness gates\n  \
          dapple list                     problems, techniques, scenes\n  \
          dapple --help                   all verbs"
-    );
+    )?;
     Ok(Outcome::Ok)
 }

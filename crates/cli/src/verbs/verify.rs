@@ -3,7 +3,7 @@
 use crate::{
     Outcome,
     args::{self, VerifyFormat},
-    output::{Table, significant},
+    output::{Table, note, put, significant},
     verbs::open_gpu,
 };
 use anyhow::Result;
@@ -38,37 +38,37 @@ pub fn run(args: &args::Verify) -> Result<Outcome> {
     };
     let reports = verify::run(&chosen, args.technique.as_deref(), &context, |report| {
         if !report.is_ok() {
-            eprintln!("{} {}: {:?}", report.technique, report.gate, report.outcome);
+            note!("{} {}: {:?}", report.technique, report.gate, report.outcome);
         }
     });
     match args.format {
         VerifyFormat::Table => print_table(&reports)?,
         VerifyFormat::Jsonl => {
             for report in &reports {
-                println!("{}", serde_json::to_string(report)?);
+                put!("{}", serde_json::to_string(report)?)?;
             }
         }
-        VerifyFormat::Junit => print!("{}", junit(&reports)),
+        VerifyFormat::Junit => put!("{}", junit(&reports))?,
     }
     let mut ok = reports.iter().all(GateReport::is_ok);
     for problem in &chosen {
         let holes =
             if args.technique.is_none() { verify::ungated(*problem, &reports) } else { Vec::new() };
         for technique in holes {
-            eprintln!("{}: nothing was checked for {technique}", problem.spec().id);
+            note!("{}: nothing was checked for {technique}", problem.spec().id);
             ok = false;
         }
     }
     let checked: u64 = reports.iter().map(|r| r.checked).sum();
     let count = |o: GateOutcome| reports.iter().filter(|r| r.outcome == o).count();
     let broken = reports.iter().filter(|r| !r.is_ok()).count();
-    eprintln!(
+    note!(
         "{} gates passed with their controls, {broken} broken, {} not run; {checked} checks",
         count(GateOutcome::Passed),
         count(GateOutcome::NotRun),
     );
     if checked == 0 {
-        eprintln!("nothing was checked");
+        note!("nothing was checked");
         ok = false;
     }
     Ok(if ok { Outcome::Ok } else { Outcome::CheckFailed })
@@ -127,10 +127,12 @@ fn junit(reports: &[GateReport]) -> String {
         }
         xml += "  </testsuite>\n";
     }
-    xml + "</testsuites>\n"
+    xml + "</testsuites>"
 }
 
 fn escape(text: &str) -> String {
+    // Control characters are no XML at all, not even escaped.
+    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let text = text.replace('&', "&amp;").replace('<', "&lt;");
     text.replace('>', "&gt;").replace('"', "&quot;")
 }
