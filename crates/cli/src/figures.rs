@@ -10,7 +10,10 @@ use dapple_records::{
     front::{self, Constraint, Front},
 };
 use dapple_suite::{SuiteError, problem::Spec, problems};
-use std::{collections::BTreeMap, io};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    io,
+};
 
 /// What to print of a set of rows.
 pub struct View<'a> {
@@ -56,12 +59,17 @@ fn print_problem(spec: &Spec, metric: &str, rows: &[&Row], view: &View<'_>) -> R
         let rows: Vec<&Row> =
             rows.iter().copied().filter(|r| r.status == Status::Ok && r.clock == clock).collect();
         let fronts = front::constrained(&rows, metric, clock, &constraints);
+        // Two machines may have processors and adapters of one name.
+        let machines: BTreeSet<_> = fronts.fronts.iter().map(|f| &f.key.machine).collect();
         for front in &fronts.fronts {
             if view.format == Format::Table {
                 let mut table = Table::new(&COLUMNS);
                 fill(&mut table, front, &rows, view.all);
                 if !table.is_empty() {
                     title(spec, metric, front, clock)?;
+                    if machines.len() > 1 {
+                        put!("  machine: {}", front.key.machine)?;
+                    }
                     table.print(view.format)?;
                     dominated_note(front, &rows, view.all)?;
                     put!("")?;

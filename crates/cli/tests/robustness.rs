@@ -160,6 +160,23 @@ fn two_sweeps_at_once_never_fill_one_file() {
 }
 
 #[test]
+fn fronts_of_two_machines_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    sweep(at, 1, "repeats = 1");
+    expect(&measure(at).output().unwrap(), 0, &[]);
+    let front = |at: &Path| String::from_utf8(run(at, &["front"]).stdout).unwrap();
+    assert!(!front(at).contains("machine: "), "{}", front(at));
+    let file = fs::read_dir(at.join("records")).unwrap().next().unwrap().unwrap().path();
+    let machine = rows(at)[0].machine.clone();
+    let text = fs::read_to_string(&file).unwrap().replace(&machine, "elsewhere");
+    fs::write(at.join("records/other.jsonl"), text.replace(&rows(at)[0].run, "b")).unwrap();
+    let both = front(at);
+    assert!(both.contains(&format!("machine: {machine}")), "{both}");
+    assert!(both.contains("machine: elsewhere"), "{both}");
+}
+
+#[test]
 fn damaged_and_foreign_records_are_passed_over_with_a_word() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
