@@ -5,12 +5,15 @@ const FORMAT_F16 = 1u;
 const FORMAT_U16 = 2u;
 override FORMAT: u32 = 0u;
 
-// floor(65535 x + 1/2) of 0 <= x <= 1. 65536 x and its fraction are exact, so that only the
-// last, small difference is rounded: 65535 x itself would move depths across a step's border.
+// floor(65535 x + 1/2) of 0 <= x <= 1. 65536 x and its fraction are exact, and so are the sums
+// beside the comparisons wherever they decide: 65535 x itself would move depths across a step's
+// border, and fraction - x would be rounded onto it.
 fn integer_step(x: vec2<f32>) -> vec2<u32> {
     let whole = floor(x * 65536.0);
     let fraction = x * 65536.0 - whole;
-    return vec2<u32>(whole + floor((fraction - x) + 0.5));
+    let up = select(vec2(0.0), vec2(1.0), fraction - 0.5 >= x);
+    let down = select(vec2(0.0), vec2(1.0), x > fraction + 0.5);
+    return vec2<u32>(whole + up - down);
 }
 
 // Rounds to nearest even in half floats, half up in integers. f32 keeps `v.x` alone.

@@ -102,53 +102,67 @@ fn channels_match_brute_force_for_every_estimator_and_format() {
 #[test]
 fn channels_match_at_every_width_and_map_size() {
     let Some((gpu, _lock)) = exclusive_gpu() else { return };
-    let mut checked = 0;
+    let (mut runs, mut seen) = (0, std::collections::BTreeSet::new());
     let estimators = [
         Estimator::PowerCdf,
         Estimator::Evsm { components: EvsmComponents::Four },
         Estimator::Esm { space: EsmSpace::Log },
         Estimator::Msm,
     ];
-    for (width, height) in [(1, 1), (3, 5), (64, 64), (257, 129), (1030, 3), (2, 300)] {
-        for kind in [Kind::Noise, Kind::Steps] {
-            if kind == Kind::Steps && width != 64 {
+    for (m, (width, height)) in
+        [(1, 1), (3, 5), (64, 64), (257, 129), (1030, 3), (2, 300)].into_iter().enumerate()
+    {
+        let kind = if width == 64 { Kind::Steps } else { Kind::Noise };
+        let map = map(kind, width, height, u64::from(width));
+        for (w, width_texels) in [1, 3, 5, 7, 9, 15, 17, 31, 1025, 4095].into_iter().enumerate() {
+            if width_texels > 31 && width * height > 700 {
                 continue;
             }
-            let map = map(kind, width, height, u64::from(width));
-            for width_texels in [1, 3, 5, 7, 9, 15, 17, 31, 1025, 4095] {
-                if width_texels > 31 && (width * height > 700 || kind == Kind::Steps) {
-                    continue;
+            // Every map meets every width with two of the estimators; over the maps, every
+            // estimator meets every width up to 31 with both kernels.
+            for i in [m + w, m + w + 2] {
+                let estimator = estimators[i % 4];
+                let kernel = [KernelShape::Box, KernelShape::Gaussian][(m / 2) % 2];
+                let format = [Format::F32, Format::F16][(m / 2 + i / 2) % 2];
+                let s = Settings::new(estimator).with_format(format);
+                let s = Settings { kernel, width_texels, ..s };
+                let got = run(gpu, &map, &[], &s).channels;
+                let mut errors = channel_errors(&Exact::new(&map, &s, 0), &got);
+                if width_texels > 31 {
+                    // Sums of thousands of texels lose a few ulp more.
+                    errors.worst /= 8.0;
                 }
-                for (i, estimator) in estimators.into_iter().enumerate() {
-                    for kernel in [KernelShape::Box, KernelShape::Gaussian] {
-                        // Every width of box, every other Gaussian.
-                        if kernel == KernelShape::Gaussian && width_texels % 4 == 1 {
-                            continue;
-                        }
-                        // Gaussians of 16-bit maps and boxes of f32 ones, and the other way round.
-                        let wide = (i % 2 == 0) == (kernel == KernelShape::Box);
-                        let format = if wide { Format::F32 } else { Format::F16 };
-                        let s = Settings::new(estimator).with_format(format);
-                        let s = Settings { kernel, width_texels, ..s };
-                        let got = run(gpu, &map, &[], &s).channels;
-                        let mut errors = channel_errors(&Exact::new(&map, &s, 0), &got);
-                        if width_texels > 31 {
-                            // Sums of thousands of texels lose a few ulp more.
-                            errors.worst /= 8.0;
-                        }
-                        assert!(
-                            errors.pass(format),
-                            "{width}x{height} {kind:?} {s:?}: {} ({} over)",
-                            errors.worst,
-                            errors.over
-                        );
-                        checked += 1;
-                    }
-                }
+                assert!(
+                    errors.pass(format),
+                    "{width}x{height} {kind:?} {s:?}: {} ({} over)",
+                    errors.worst,
+                    errors.over
+                );
+                seen.insert((width_texels, i % 4, kernel == KernelShape::Box));
+                runs += 1;
             }
         }
     }
-    assert!(checked >= 300, "{checked}");
+    // 8 widths by 4 estimators by 2 kernels, and some of the widest.
+    assert!(runs >= 100 && seen.len() >= 64, "{runs} {}", seen.len());
+}
+
+#[test]
+fn integers_are_rounded_as_the_reference_rounds_them_beside_every_border() {
+    let Some((gpu, _lock)) = exclusive_gpu() else { return };
+    let mut depths = Vec::new();
+    for code in 0..65_536u32 {
+        for place in [f64::from(code), f64::from(code) + 0.5] {
+            let z = (place / 65_535.0) as f32;
+            depths.extend([z.next_down(), z, z.next_up()].map(|z| z.clamp(0.0, 1.0)));
+        }
+    }
+    let map = DepthMap { width: 768, height: 512, depths };
+    let s = Settings::new(Estimator::Pcf { taps: 0 }).with_format(Format::U16);
+    let got = run(gpu, &map, &[], &s).channels;
+    assert_eq!((got.len(), got[0].len()), (1, 6 * 65_536));
+    let wrong = got[0].iter().zip(&map.depths).filter(|(g, z)| **g != Format::U16.round_f32(**z));
+    assert_eq!(wrong.count(), 0);
 }
 
 /// Receivers whose visibility lies outside what rounding allows, and those for which it allows

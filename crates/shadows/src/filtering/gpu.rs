@@ -312,13 +312,13 @@ fn filter_passes(
 
     let limit = gpu.limits().max_compute_workgroup_storage_size;
     let constants = plan::row_constants(settings, kernel, limit);
-    let pipeline = filter_pipeline(gpu, "shadows/filter_x.wgsl", "filter_x", &constants)?;
+    let pipeline = row_pipeline(gpu, &constants)?;
     let group = gpu.bind(&pipeline, 0, &[&params, &ops, &weights, words, &rows]);
     let workgroups = [width.div_ceil(plan::ROW_RUN), height, planes.count()];
     let filter_x = Pass { name: "filter-x", pipeline, group, workgroups };
 
     let constants = plan::column_constants(settings, kernel);
-    let pipeline = filter_pipeline(gpu, "shadows/filter_y.wgsl", "filter_y", &constants)?;
+    let pipeline = gpu.compute("shadows/filter_y.wgsl", "filter_y", &constants)?;
     let group = gpu.bind(&pipeline, 0, &[&params, &ops, &weights, &rows, words]);
     let workgroups = [
         width.div_ceil(plan::COLUMN_LANES),
@@ -328,21 +328,17 @@ fn filter_passes(
     Ok([filter_x, Pass { name: "filter-y", pipeline, group, workgroups }])
 }
 
-/// As [`Gpu::compute`], but without zeroing workgroup memory, of which the kernels read only what
-/// they have written: the fill and its barrier would cost as much as the tile's load.
-fn filter_pipeline(
-    gpu: &Gpu,
-    path: &str,
-    entry: &str,
-    constants: &[(&str, f64)],
-) -> Result<wgpu::ComputePipeline, GpuError> {
+/// As [`Gpu::compute`], but without zeroing workgroup memory, of which the kernel reads only what
+/// it has written: the fill and its barrier would cost as much as the tile's load.
+fn row_pipeline(gpu: &Gpu, constants: &[(&str, f64)]) -> Result<wgpu::ComputePipeline, GpuError> {
+    let path = "shadows/filter_x.wgsl";
     let module = gpu.module(path)?;
     gpu.scoped(path, || {
         gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(path),
             layout: None,
             module: &module,
-            entry_point: Some(entry),
+            entry_point: Some("filter_x"),
             compilation_options: wgpu::PipelineCompilationOptions {
                 constants,
                 zero_initialize_workgroup_memory: false,

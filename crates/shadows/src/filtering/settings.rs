@@ -138,23 +138,33 @@ pub struct Settings {
     /// Normalised depth subtracted from the receiver's, finite. Default 1e-3: above the rounding
     /// of 16-bit depths (4.9e-4 for floats below 1).
     pub bias: f32,
-    /// Whether the receiver's slope moves the comparison. Default off.
+    /// Whether the receiver's slope moves the comparison: to the plane above each texel for `Hard`
+    /// and `Pcf`, by half a texel's change for pre-filtered maps. Default off.
     pub plane_bias: bool,
     /// Default: bilinear.
     pub lookup: Lookup,
     /// Smallest variance, squared normalised depth (of the layer for layered estimators), used by
     /// every estimator with a variance but [`VsmVariant::Plain`]. Default 1e-5, 1e-4 in 16 bits.
-    /// In an exponential variance map it is scaled by the warp's squared derivative.
+    /// In an exponential variance map it is scaled by the warp's squared derivative, `(2 c)^2` of
+    /// the receiver's: there it is also the least visibility in full shadow, `4 c^2 min_variance`,
+    /// and the default is 1e-8 (the deviation of 1e-4 is twice the published one), 1e-5 in half
+    /// floats.
     pub min_variance: f32,
     /// Visibility cut off by [`VsmVariant::Linstep`], 0..1. Default 0.2.
     pub bleed_reduction: f32,
-    /// `c` of the exponential estimators, above 0. Default: ESM 80 (11 in half floats), EVSM 42
-    /// (5.54 in half floats); limits in [`Settings::max_exponent`].
+    /// `c` of the exponential estimators, above 0. Default: ESM 80 (11 in half floats), EVSM 10
+    /// (5.54 in half floats); limits in [`Settings::max_exponent`]. The published 42 of EVSM is
+    /// the largest that fits f32, for a depth range around one split of a small window: where a
+    /// window spans more than about `1 / 2c` of depth its nearest and its farthest texels alone
+    /// decide, and both bounds are loose.
     pub exponent: f32,
     /// Layers of the layered estimators: 1, 2, 4 or 8. Default 4.
     pub layers: u32,
-    /// How far moments are moved towards those of a fixed distribution, 0..1. Default 3e-7;
-    /// 6e-5 in 16-bit integers; 2e-3 in half floats, whose steps are 32 times coarser.
+    /// How far moments are moved towards those of a fixed distribution, 0..1. Default 3e-6;
+    /// 6e-5 in 16-bit integers; 2e-3 in half floats, whose steps are 32 times coarser. The
+    /// published 3e-7 for 32 bits is the least that rounding asks for; ten times that also lights
+    /// most of an unoccluded slope below a wide window
+    /// ([`moments`](super::estimators::moments)), for a twentieth more error below narrow ones.
     pub moment_bias: f32,
 }
 
@@ -177,7 +187,7 @@ impl Settings {
             bleed_reduction: 0.2,
             exponent: 80.0,
             layers: 4,
-            moment_bias: 3e-7,
+            moment_bias: 3e-6,
         }
         .with_format(Format::F32)
     }
@@ -192,16 +202,21 @@ impl Settings {
                 if half {
                     5.54
                 } else {
-                    42.0
+                    10.0
                 }
             }
             Estimator::Esm { space: EsmSpace::Linear } if half => 11.0,
             _ => 80.0,
         };
         let (min_variance, moment_bias) = match format {
-            Format::F32 => (1e-5, 3e-7),
+            Format::F32 => (1e-5, 3e-6),
             Format::U16 => (1e-4, 6e-5),
             Format::F16 => (1e-4, 2e-3),
+        };
+        let min_variance = match self.estimator {
+            Estimator::Evsm { .. } if half => 1e-5,
+            Estimator::Evsm { .. } => 1e-8,
+            _ => min_variance,
         };
         Self { format, exponent, min_variance, moment_bias, ..self }
     }

@@ -2,8 +2,9 @@
 //! Interface 2008, section 5 (exponential warps); Andrew Lauritzen, Marco Salvi, Aaron Lefohn,
 //! "Sample distribution shadow maps", I3D 2011, appendix (both warps, the smaller bound).
 //!
-//! Deviations: one exponent for both warps; the minimum variance is scaled by the squared
-//! derivative of the warp at the receiver; the moments are divided by the larger of mean and
+//! Deviations: one exponent for both warps, 10 by default where published code has 40 or 42 for
+//! the positive and 5 or an eighth for the negative one; the minimum variance is scaled by the
+//! squared derivative of the warp at the receiver; the moments are divided by the larger of mean and
 //! receiver before they are squared, so that nothing overflows up to the format's limit.
 //! Receivers beyond the far plane are dark and receivers before the near plane lit, so that the
 //! warp is never evaluated outside 0..=1.

@@ -156,7 +156,7 @@ mod tests {
             let variant = technique.variants[0].id.into();
             settings(&Setting { technique: "evsm".into(), variant, form: Form::Cpu, knobs }, 0.015)
         };
-        assert_eq!(make(&[]).unwrap().exponent, 42.0);
+        assert_eq!(make(&[]).unwrap().exponent, 10.0);
         assert_eq!(make(&[("format", "f16".into())]).unwrap().exponent, 5.54);
         let s = make(&[
             ("exponent", 3.0.into()),
