@@ -93,6 +93,7 @@ pub fn run(
     let total = plan.rows();
     tell(Progress::Started { path: writer.path(), total, resumed: done.len() });
     let mut failed_groups = Vec::new();
+    let mut noted = BTreeSet::new();
     for (index, group) in plan.groups.iter().enumerate() {
         let mut job = Job {
             run: run.clone(),
@@ -123,7 +124,12 @@ pub fn run(
                         done.insert(row.group.clone());
                         tell(Progress::Row(&row));
                     }
-                    Event::Note(text) => tell(Progress::Note(&text)),
+                    // Every form of a case makes the same notes.
+                    Event::Note(text) => {
+                        if noted.insert(text.clone()) {
+                            tell(Progress::Note(&text));
+                        }
+                    }
                     Event::Begin { setting, stage } => {
                         let setting = group.settings.get(setting).map(ToString::to_string);
                         tell(Progress::Stage {
@@ -171,15 +177,15 @@ pub fn run(
 }
 
 /// A resumed run must be the same work on the same data by the same program on the same adapter
-/// with the same threads. The program's content tells builds of a changed tree apart.
+/// with the same threads. The program is known by its content: a revision would miss changes that
+/// are not committed, and be moved by commits that change nothing in it.
 fn resume_key(plan: &Plan, options: &Options) -> String {
-    let facts = environment();
     let mut hash = blake3::Hasher::new();
     // A program that cannot be read cannot be started either.
     let _ = File::open(&options.program).and_then(|mut file| io::copy(&mut file, &mut hash));
-    let (data, threads) = (std::env::var_os(DATA_VARIABLE), facts.threads);
-    let rest = format!("{} {:?} {} {threads}", plan.hash(), options.adapter, facts.revision);
-    hash.update(format!("{rest} {data:?}").as_bytes());
+    let (data, threads) = (std::env::var_os(DATA_VARIABLE), environment().threads);
+    let rest = format!("{} {:?} {threads} {data:?}", plan.hash(), options.adapter);
+    hash.update(rest.as_bytes());
     hash.finalize().to_hex()[..16].to_string()
 }
 
@@ -469,6 +475,20 @@ mod tests {
         let rows = outcome(&script, 1);
         assert!(begun.elapsed() < Duration::from_secs(30));
         assert!(rows[0].0 == "hard" && rows[0].2.contains("no end after 1 s"), "{rows:?}");
+    }
+
+    #[test]
+    fn a_note_is_told_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let script =
+            format!(r#"read job; echo '{{"event":"note","text":"no ground"}}'; {BEGIN_1}; exit 4"#);
+        let mut notes = 0;
+        let never = AtomicBool::new(false);
+        run(&plan(60), &options(folder.path(), &script), &never, &mut |progress| {
+            notes += usize::from(matches!(progress, Progress::Note("no ground")));
+        })
+        .unwrap();
+        assert_eq!(notes, 1);
     }
 
     #[test]
