@@ -2,7 +2,7 @@
 
 use crate::{
     args::Format,
-    output::{Table, note, put},
+    output::{Table, note, put, significant},
 };
 use anyhow::Result;
 use dapple_records::{
@@ -31,6 +31,7 @@ pub fn print_fronts(rows: &[Row], view: &View<'_>) -> Result<()> {
     for row in rows {
         by_problem.entry(&row.problem).or_default().push(row);
     }
+    let mut ranked = Table::new(&RANKED);
     for (id, rows) in by_problem {
         let Ok(problem) = problems::find(id) else {
             note!("{} rows of `{id}`, which this program does not know", rows.len());
@@ -42,7 +43,10 @@ pub fn print_fronts(rows: &[Row], view: &View<'_>) -> Result<()> {
             let known = spec.metrics.iter().map(|m| m.name);
             return Err(SuiteError::unknown("metric", metric, known).into());
         }
-        print_problem(spec, metric, &latest(&rows), view)?;
+        print_problem(spec, metric, &latest(&rows), view, &mut ranked)?;
+    }
+    if view.format != Format::Table {
+        ranked.print(view.format)?;
     }
     Ok(())
 }
@@ -62,13 +66,19 @@ fn latest<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
     kept.into_iter().map(|i| rows[i]).collect()
 }
 
-fn print_problem(spec: &Spec, metric: &str, rows: &[&Row], view: &View<'_>) -> Result<()> {
+/// Prints the fronts of one problem for people, or adds them to `ranked` for programs.
+fn print_problem(
+    spec: &Spec,
+    metric: &str,
+    rows: &[&Row],
+    view: &View<'_>,
+    ranked: &mut Table,
+) -> Result<()> {
     let constraints: Vec<_> = spec
         .constraints
         .iter()
         .map(|c| Constraint { name: c.metric.into(), at_most: c.limit })
         .collect();
-    let mut machine_readable = Table::new(&COLUMNS);
     // The clocks are never mixed in one front: device time leaves out what the host waits for.
     for clock in ["gpu", "wall"] {
         let rows: Vec<&Row> =
@@ -77,68 +87,120 @@ fn print_problem(spec: &Spec, metric: &str, rows: &[&Row], view: &View<'_>) -> R
         // Two machines may have processors and adapters of one name.
         let machines: BTreeSet<_> = fronts.fronts.iter().map(|f| &f.key.machine).collect();
         for front in &fronts.fronts {
-            if view.format == Format::Table {
-                let mut table = Table::new(&COLUMNS);
-                fill(&mut table, front, &rows, view.all);
-                if !table.is_empty() {
-                    title(spec, metric, front, clock)?;
-                    if machines.len() > 1 {
-                        put!("  machine: {}", front.key.machine)?;
-                    }
-                    table.print(view.format)?;
-                    dominated_note(front, &rows, view.all)?;
-                    put!("")?;
+            if view.format != Format::Table {
+                rank(ranked, metric, front, &rows, view.all);
+            } else if !front.points.is_empty() {
+                title(spec, metric, front, &rows, clock)?;
+                if machines.len() > 1 {
+                    put!("  machine: {}", front.key.machine)?;
                 }
-            } else {
-                fill(&mut machine_readable, front, &rows, view.all);
+                shown(front, &rows, view.all).print(view.format)?;
+                dominated_note(front, &rows)?;
+                put!("")?;
             }
             for excluded in &front.excluded {
                 note!("not ranked: {}: {}", label(rows[excluded.index]), excluded.reason);
             }
         }
     }
-    if view.format != Format::Table {
-        machine_readable.print(view.format)?;
-    }
+    print_untimed(metric, rows);
     print_missing(rows);
     Ok(())
 }
 
-const COLUMNS: [&str; 10] =
-    ["technique", "form", "time", "± MAD", "ratio", "error", "leak", "memory", "knobs", "on front"];
-
-fn title(spec: &Spec, metric: &str, front: &Front, clock: &str) -> io::Result<()> {
+fn title(spec: &Spec, metric: &str, front: &Front, rows: &[&Row], clock: &str) -> io::Result<()> {
     let key = &front.key;
     let unit = spec.metrics.iter().find(|m| m.name == metric).map_or("", |m| m.unit);
     let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
-    put!(
-        "{}: {} {}  {}\n  error: {metric}{unit} against {}\n  device: {} ({}), {clock} clock",
-        spec.id,
-        key.case,
-        key.view,
-        key.size,
-        key.truth,
-        key.adapter,
-        key.device
-    )
+    let first = rows[front.points[0].index];
+    put!("{}: {}, {}, {}", spec.id, key.case, key.view, key.size)?;
+    put!("  error: {metric}{unit} against {}", key.truth)?;
+    let device = if key.device == "cpu" {
+        first.cpu.clone()
+    } else {
+        format!("{} ({})", key.adapter, key.device)
+    };
+    put!("  time: {} form on {device}, {clock} clock; ratio to {}", first.form, first.baseline)
 }
 
-fn fill(table: &mut Table, front: &Front, rows: &[&Row], all: bool) {
+/// A front for people: one line a setting, narrow enough for 80 columns.
+fn shown(front: &Front, rows: &[&Row], all: bool) -> Table {
+    let leaks = front.points.iter().any(|p| rows[p.index].errors.contains_key("leak"));
+    let mut columns = vec!["", "technique", "time", "±", "ratio", "error"];
+    columns.extend(leaks.then_some("leak"));
+    columns.extend(["memory", "knobs"]);
+    let mut table = Table::new(&columns);
     for point in front.points.iter().filter(|p| all || p.on_front) {
         let row = rows[point.index];
-        let leak = row.errors.get("leak").map_or(serde_json::Value::Null, |v| (*v).into());
-        table.row([
+        let spread = 100.0 * point.mad_ns / point.time_ns;
+        let mut cells = vec![
+            if point.on_front { "*" } else { "" }.into(),
             format!("{}/{}", row.technique, row.variant).into(),
-            row.form.clone().into(),
             duration(point.time_ns).into(),
-            duration(point.mad_ns).into(),
+            format!("{spread:.0}%").into(),
             row.ratio.into(),
             point.error.into(),
-            leak,
-            bytes(row.memory_bytes).into(),
-            knobs(row).into(),
-            if point.on_front { "*" } else { "" }.into(),
-        ]);
+        ];
+        cells.extend(leaks.then(|| row.errors.get("leak").copied().into()));
+        cells.extend([bytes(row.memory_bytes).into(), knobs(row).into()]);
+        table.row(cells);
+    }
+    table
+}
+
+/// Columns for programs: units in the names, nothing rounded.
+const RANKED: [&str; 20] = [
+    "problem",
+    "case",
+    "view",
+    "size",
+    "scene_hash",
+    "technique",
+    "variant",
+    "form",
+    "knobs",
+    "machine",
+    "adapter",
+    "device",
+    "clock",
+    "time_ns",
+    "mad_ns",
+    "ratio",
+    "metric",
+    "error",
+    "memory_bytes",
+    "on_front",
+];
+
+fn rank(ranked: &mut Table, metric: &str, front: &Front, rows: &[&Row], all: bool) {
+    for point in front.points.iter().filter(|p| all || p.on_front) {
+        let row = rows[point.index];
+        let words = [
+            &row.problem,
+            &row.case,
+            &row.view,
+            &row.size,
+            &row.scene_hash,
+            &row.technique,
+            &row.variant,
+            &row.form,
+            &knobs(row),
+            &row.machine,
+            &row.adapter,
+            &row.device,
+            &row.clock,
+        ]
+        .map(|word| word.as_str().into());
+        let numbers = [
+            point.time_ns.into(),
+            point.mad_ns.into(),
+            row.ratio.into(),
+            metric.into(),
+            point.error.into(),
+            row.memory_bytes.into(),
+            point.on_front.into(),
+        ];
+        ranked.row([words.to_vec(), numbers.to_vec()].concat());
     }
 }
 
@@ -160,11 +222,8 @@ fn knobs(row: &Row) -> String {
         .join(" ")
 }
 
-/// Names what is dominated, and by what, in one line a technique.
-fn dominated_note(front: &Front, rows: &[&Row], all: bool) -> io::Result<()> {
-    if all {
-        return Ok(());
-    }
+/// Names the techniques that are dominated at every setting, and by what.
+fn dominated_note(front: &Front, rows: &[&Row]) -> io::Result<()> {
     let on_front: Vec<_> =
         front.points.iter().filter(|p| p.on_front).map(|p| &rows[p.index].technique).collect();
     let mut beaten: BTreeMap<&str, &str> = BTreeMap::new();
@@ -179,6 +238,15 @@ fn dominated_note(front: &Front, rows: &[&Row], all: bool) -> io::Result<()> {
         put!("dominated: {}", list.join(", "))?;
     }
     Ok(())
+}
+
+/// Reference forms are never timed: their error stands alone.
+fn print_untimed(metric: &str, rows: &[&Row]) {
+    for row in rows.iter().filter(|r| r.status == Status::Ok && r.clock == "none") {
+        if let Some(error) = row.errors.get(metric) {
+            note!("not timed: {}: {metric} {}", label(row), significant(*error));
+        }
+    }
 }
 
 /// What failed and what was not run, one line a reason: a case that cannot be prepared fails all

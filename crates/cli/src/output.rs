@@ -50,11 +50,6 @@ impl Table {
         self.rows.push(cells.into());
     }
 
-    /// Whether there are no rows.
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
-    }
-
     /// Prints the table on standard output.
     pub fn print(&self, format: Format) -> Result<()> {
         let mut out = io::stdout().lock();

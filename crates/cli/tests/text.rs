@@ -146,33 +146,37 @@ fn a_known_front() {
     // 0.05, not 50 µs, 0.001); two equal settings are both on the front; `power-cdf` has no
     // error, `esm` failed, two were not run, and `cpu-threads` breaks its constraint.
     let expected = [
-        ("gaussian-cdf/plain", "gpu", "*"),       // 90 µs, 0.08
-        ("vsm/min-variance", "gpu", "*"),         // 100 µs, 0.05
-        ("hard/plain", "gpu", ""),                // 150 µs, 0.06: vsm is better in both
-        ("msm/hamburger", "gpu", "*"),            // 200 µs, 0.02
-        ("layered-gaussian/uniform", "gpu", "*"), // 200 µs, 0.02
-        ("pcf/plain", "gpu", ""),                 // 400 µs, 0.02: as accurate as msm, slower
-        ("msm/hamburger", "gpu", "*"),            // software: 9 ms, 0.02
-        ("vsm/min-variance", "gpu", ""),          // software: 10 ms, 0.05
-        ("vsm/min-variance", "cpu", "*"),         // 5 ms, 0.05
-        ("hard/plain", "cpu", ""),                // 6 ms, 0.07
-        ("pcf/plain", "cpu", "*"),                // 9 ms, 0.01
+        ("gaussian-cdf", "hardware", true),     // 90 µs, 0.08
+        ("vsm", "hardware", true),              // 100 µs, 0.05
+        ("hard", "hardware", false),            // 150 µs, 0.06: vsm is better in both
+        ("msm", "hardware", true),              // 200 µs, 0.02
+        ("layered-gaussian", "hardware", true), // 200 µs, 0.02
+        ("pcf", "hardware", false),             // 400 µs, 0.02: as accurate as msm, slower
+        ("msm", "software", true),              // 9 ms, 0.02
+        ("vsm", "software", false),             // 10 ms, 0.05
+        ("vsm", "cpu", true),                   // 5 ms, 0.05
+        ("hard", "cpu", false),                 // 6 ms, 0.07
+        ("pcf", "cpu", true),                   // 9 ms, 0.01
     ];
     let arguments =
         ["front", "shadow-filtering", "--all", "--format", "jsonl", "--records", records];
     let rows = json_lines(&printed(at.path(), &arguments));
+    let word = |row: &Value, key: &str| row[key].as_str().unwrap().to_string();
     let found: Vec<_> = rows
         .iter()
-        .map(|row| ["technique", "form", "on front"].map(|key| row[key].as_str().unwrap()))
+        .map(|row| {
+            (word(row, "technique"), word(row, "device"), row["on_front"].as_bool().unwrap())
+        })
         .collect();
-    let expected: Vec<_> = expected.iter().map(|(a, b, c)| [*a, *b, *c]).collect();
+    let expected: Vec<_> =
+        expected.iter().map(|(a, b, c)| (a.to_string(), b.to_string(), *c)).collect();
     assert_eq!(found, expected);
     let rows = json_lines(&printed(
         at.path(),
         &["front", "partition-offsets", "--all", "--format", "jsonl", "--records", records],
     ));
     assert_eq!(rows.len(), 1, "only the setting that keeps its constraint");
-    assert_eq!(rows[0]["technique"], "cpu-thread/plain");
+    assert_eq!(rows[0]["technique"], "cpu-thread");
 }
 
 /// Every line as a JSON object; at least one.
@@ -192,23 +196,33 @@ fn programs_can_read_what_programs_are_given() {
         (&["list"], &["kind", "name", "what"], 14),
         (
             &["list", "shadow-filtering"],
-            &["technique", "kind", "name", "values", "accuracy", "what"],
+            &["technique", "kind", "name", "default", "values", "what"],
             60,
         ),
         (&["scene", "inspect", "cube"], &["option", "needed", "because"], 8),
         (
             &["front", "shadow-filtering", "--records", records],
             &[
+                "problem",
+                "case",
+                "view",
+                "size",
+                "scene_hash",
                 "technique",
+                "variant",
                 "form",
-                "time",
-                "± MAD",
-                "ratio",
-                "error",
-                "leak",
-                "memory",
                 "knobs",
-                "on front",
+                "machine",
+                "adapter",
+                "device",
+                "clock",
+                "time_ns",
+                "mad_ns",
+                "ratio",
+                "metric",
+                "error",
+                "memory_bytes",
+                "on_front",
             ],
             7,
         ),

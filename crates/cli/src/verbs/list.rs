@@ -3,7 +3,8 @@
 use crate::{Outcome, args, output::Table};
 use anyhow::Result;
 use dapple_scene::generate;
-use dapple_suite::{knob::Accuracy, problems, sweep};
+use dapple_suite::{knob::Knob, problems, sweep};
+use serde_json::Value;
 
 /// Lists problems, or one problem's techniques and knobs.
 pub fn run(args: &args::List) -> Result<Outcome> {
@@ -17,8 +18,7 @@ pub fn run(args: &args::List) -> Result<Outcome> {
             }
             for (name, _) in sweep::BUILT_IN {
                 let (_, sweep) = sweep::load(name)?;
-                let about = sweep.about.lines().next().unwrap_or_default().to_string();
-                table.row(["sweep".into(), (*name).into(), about.into()]);
+                table.row(["sweep".into(), (*name).into(), first_sentence(&sweep.about).into()]);
             }
             for (name, what) in generate::NAMES {
                 table.row(["scene".into(), (*name).into(), (*what).into()]);
@@ -27,27 +27,21 @@ pub fn run(args: &args::List) -> Result<Outcome> {
         }
         Some(id) => {
             let spec = problems::find(id)?.spec();
-            let mut table =
-                Table::new(&["technique", "kind", "name", "values", "accuracy", "what"]);
+            let mut table = Table::new(&["technique", "kind", "name", "default", "values", "what"]);
             for p in spec.parameters {
-                let cells = ["-", "parameter", p.name].map(Into::into).to_vec();
-                let rest = [p.limit().into(), accuracy(p.accuracy).into(), p.help.into()];
-                table.row([cells, rest.to_vec()].concat());
+                table.row(knob_cells("-", "parameter", p));
             }
             for t in spec.techniques {
                 let forms: Vec<_> = t.forms.iter().map(ToString::to_string).collect();
-                let cells = [t.id, "technique", t.title].map(Into::into).to_vec();
                 table.row(
-                    [cells, vec![forms.join(" ").into(), "".into(), t.source.into()]].concat(),
+                    [t.id, "technique", t.title, "", &forms.join(" "), t.source].map(Into::into),
                 );
-                for v in t.variants {
-                    table.row([t.id, "variant", v.id, "", "", v.help].map(Into::into));
+                for (i, v) in t.variants.iter().enumerate() {
+                    let default = if i == 0 { "default" } else { "" };
+                    table.row([t.id, "variant", v.id, default, "", v.help].map(Into::into));
                 }
                 for k in t.knobs {
-                    let cells = [t.id, "knob", k.name].map(Into::into).to_vec();
-                    let limit = format!("{} [{}]", k.limit(), k.default_value());
-                    let rest = [limit.into(), accuracy(k.accuracy).into(), k.help.into()];
-                    table.row([cells, rest.to_vec()].concat());
+                    table.row(knob_cells(t.id, "knob", k));
                 }
             }
             table.print(args.format)?;
@@ -56,10 +50,16 @@ pub fn run(args: &args::List) -> Result<Outcome> {
     Ok(Outcome::Ok)
 }
 
-fn accuracy(accuracy: Accuracy) -> &'static str {
-    match accuracy {
-        Accuracy::Monotone => "monotone",
-        Accuracy::Unimodal => "unimodal",
-        Accuracy::None => "",
-    }
+fn knob_cells(of: &str, kind: &str, knob: &Knob) -> [Value; 6] {
+    let default = match knob.default_value() {
+        Value::String(word) => word,
+        number => number.to_string(),
+    };
+    [of, kind, knob.name, &default, &knob.limit(), knob.help].map(Into::into)
+}
+
+/// The first sentence, on one line.
+fn first_sentence(text: &str) -> String {
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    text.split_once(". ").map_or(text.clone(), |(first, _)| format!("{first}."))
 }

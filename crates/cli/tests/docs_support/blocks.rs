@@ -86,27 +86,33 @@ fn count(lines: &[String], line: &str) -> usize {
     lines.iter().filter(|l| *l == line).count()
 }
 
-/// Lines without what time decides: durations, the ratio after them, the device's name and the
-/// mark of the front. Their order is that of times too, so lines are compared as a multiset.
+/// Lines without what time decides: durations with their spread and ratio, the device's name, the
+/// mark of the front and who is dominated. Their order is that of times too, so lines are compared
+/// as a multiset.
 fn normal(text: &str) -> Vec<String> {
     text.lines().map(normal_line).filter(|line| !line.is_empty()).collect()
 }
 
 fn normal_line(line: &str) -> String {
-    if line.trim_start().starts_with("device:") {
-        return "device: ~".into();
+    if line.trim_start().starts_with("time:") {
+        return "time: ~".into();
+    }
+    if line.starts_with("dominated:") {
+        return String::new();
     }
     let words: Vec<&str> = line.split_whitespace().filter(|word| *word != "*").collect();
-    let number = |word: &str| word.parse::<f64>().is_ok();
+    let number = |word: &&str| word.parse::<f64>().is_ok();
     let mut out: Vec<&str> = Vec::new();
-    let (mut i, mut durations) = (0, 0);
+    let mut i = 0;
     while i < words.len() {
         let unit = words.get(i + 1).is_some_and(|unit| ["ns", "µs", "ms", "s"].contains(unit));
-        if number(words[i]) && unit {
-            durations += 1;
+        if number(&words[i]) && unit {
             i += 2;
-            // Median and MAD stand side by side; the ratio to the baseline comes next.
-            i += usize::from(durations == 2 && words.get(i).is_some_and(|word| number(word)));
+            // The spread in per cent and the ratio to the baseline come next.
+            if words.get(i).is_some_and(|word| word.ends_with('%')) {
+                i += 1;
+                i += usize::from(words.get(i).is_some_and(number));
+            }
             out.push("~");
         } else {
             out.push(words[i]);

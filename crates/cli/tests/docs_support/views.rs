@@ -18,12 +18,15 @@ fn rows(printed: &str) -> Vec<Row> {
     let column = |name: &str| {
         header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no column `{name}`"))
     };
-    let columns = ["technique", "kind", "name", "values", "what"].map(column);
+    let columns = ["technique", "kind", "name", "default", "values", "what"].map(column);
     let rows: Vec<Row> = reader
         .records()
         .map(|record| {
             let record = record.unwrap();
-            let [technique, kind, name, values, what] = columns.map(|c| record[c].to_string());
+            let [technique, kind, name, default, values, what] =
+                columns.map(|c| record[c].to_string());
+            let turns = kind == "knob" || kind == "parameter";
+            let values = if turns { format!("{values} [{default}]") } else { values };
             Row { technique, kind, name, values, what }
         })
         .collect();
@@ -96,7 +99,7 @@ fn knobs(rows: &[Row]) -> String {
         } else {
             of.join(", ")
         };
-        let values = row.values.replace('"', "").replace('|', "\\|");
+        let values = row.values.replace('|', "\\|");
         let _ = write!(table, "\n| `{}` | {values} | {} | {of} |", row.name, row.what);
     }
     table

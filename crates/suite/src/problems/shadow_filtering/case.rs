@@ -6,6 +6,7 @@ use super::{
     settings::{self, kernel_texels},
     subject_cpu::CpuSubject,
     subject_gpu::{GpuSubject, raster_error},
+    subject_reference::ReferenceSubject,
 };
 use crate::{
     SuiteError,
@@ -268,7 +269,7 @@ impl Prepared for ShadowCase<'_> {
             (Form::Gpu, None) => {
                 Err(SuiteError::Usage(format!("{setting} needs a graphics adapter")))
             }
-            (Form::Reference, _) => Err(SuiteError::unknown("form", "reference", ["cpu", "gpu"])),
+            (Form::Reference, _) => Ok(Box::new(ReferenceSubject::new(self, resolution, settings))),
         }
     }
 }

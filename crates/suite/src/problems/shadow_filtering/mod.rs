@@ -15,6 +15,7 @@ mod settings;
 mod spec;
 mod subject_cpu;
 mod subject_gpu;
+mod subject_reference;
 #[cfg(test)]
 mod tests;
 mod tolerance;

@@ -55,7 +55,9 @@ pub fn complete(mut scene: Scene, mut notes: Vec<String>) -> Result<Loaded, Suit
     scene.validate()?;
     let hash = scene.hash();
     let needs = inspect::inspect(&scene);
-    for need in needs.needs.iter().filter(|n| n.option == "alpha-test" && !n.needed) {
+    let declared = scene.materials.iter().any(|m| m.alpha_test.is_some());
+    let idle = |need: &&inspect::Need| need.option == "alpha-test" && !need.needed;
+    for need in needs.needs.iter().filter(|need| declared && idle(need)) {
         leave_out_alpha_tests(&mut scene);
         notes.push(format!("alpha test left out: {}", need.because));
     }

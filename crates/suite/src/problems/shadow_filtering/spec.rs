@@ -10,7 +10,7 @@ pub static SPEC: Spec = Spec {
     id: "shadow-filtering",
     title: "Shadow-map filtering",
     question: "Which share of a fixed footprint around each receiver is lit, from one depth map?",
-    truth: "Ray-traced visibility of the receiver's tangent plane averaged over the footprint, \
+    truth: "Ray-traced visibility of the receiver's own surface averaged over the footprint, \
             stratified rays.",
     metrics: METRICS,
     axis: "rmse",
@@ -65,7 +65,7 @@ const PLANE_BIAS: Knob = Knob::choice(
 const MIN_VARIANCE: Knob = Knob::float(
     "min_variance",
     [0.0, 0.0, 0.1],
-    "least variance, squared normalised depth; 0: the format's default (1e-5 in f32, 1e-4 in 16 bits)",
+    "least variance, squared normalised depth; 0: the default (1e-5 in f32, 1e-4 in 16 bits; evsm 1e-8, 1e-5)",
 )
 .log();
 const BLEED: Knob =
@@ -79,7 +79,7 @@ const ESM_EXPONENT: Knob = Knob::float(
 const EVSM_EXPONENT: Knob = Knob::float(
     "exponent",
     [0.0, 0.0, 44.0],
-    "c; 0: the format's default (42 in f32, 5.54 in f16); refused where the format overflows",
+    "c; 0: the format's default (10 in f32, 5.54 in f16); refused where the format overflows",
 )
 .log();
 const LAYERS: Knob = Knob::int("layers", [1, 4, 8], "depth layers: 1, 2, 4 or 8").log();
@@ -87,7 +87,7 @@ const TAPS: Knob = Knob::int("taps", [0, 0, 4095], "n x n texels read of the win
 const MOMENT_BIAS: Knob = Knob::float(
     "moment_bias",
     [0.0, 0.0, 0.5],
-    "pull towards safe moments; 0: the format's default (3e-7 f32, 6e-5 u16, 2e-3 f16)",
+    "pull towards safe moments; 0: the format's default (3e-6 f32, 6e-5 u16, 2e-3 f16)",
 )
 .log();
 
@@ -105,7 +105,7 @@ const SPLITS: &[Variant] = &[
     variant("lloyd", "splits by Lloyd relaxation over the map's depths"),
 ];
 
-const FORMS: &[Form] = &[Form::Cpu, Form::Gpu];
+const FORMS: &[Form] = &[Form::Reference, Form::Cpu, Form::Gpu];
 
 const fn technique(
     id: &'static str,
