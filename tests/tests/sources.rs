@@ -12,7 +12,9 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 fn keys(bibliography: &str) -> BTreeSet<String> {
     bibliography
         .lines()
-        .filter_map(|line| Some(line.strip_prefix('@')?.split_once('{')?.1.trim_end_matches(',').into()))
+        .filter_map(|line| {
+            Some(line.strip_prefix('@')?.split_once('{')?.1.trim_end_matches(',').into())
+        })
         .collect()
 }
 

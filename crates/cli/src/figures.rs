@@ -120,7 +120,11 @@ fn title(spec: &Spec, metric: &str, front: &Front, rows: &[&Row], clock: &str) -
     } else {
         format!("{} ({})", key.adapter, key.device)
     };
-    put!("  time: {} form on {device}, {clock} clock; ratio to {}", first.form, first.baseline)
+    let ratio = match first.baseline.as_str() {
+        "" => String::new(),
+        baseline => format!("; ratio to {baseline}"),
+    };
+    put!("  time: {} form on {device}, {clock} clock{ratio}", first.form)
 }
 
 /// A front for people: one line a setting, narrow enough for 80 columns.

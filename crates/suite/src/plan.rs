@@ -25,6 +25,8 @@ pub struct Plan {
     pub limit_s: u64,
     /// The groups, in order.
     pub groups: Vec<Group>,
+    /// What was left out, and why.
+    pub notes: Vec<String>,
 }
 
 impl Plan {

@@ -140,10 +140,10 @@ impl Sweep {
         };
         within("repeats", self.repeats.into(), MOST_REPEATS.into())?;
         within("limit_s", self.limit_s, MOST_SECONDS)?;
-        let mut groups = Vec::new();
+        let (mut groups, mut notes) = (Vec::new(), Vec::new());
         for measure in &self.measure {
             let problem = problems::find(&measure.problem)?;
-            let settings = settings(problem.spec(), measure)?;
+            let settings = settings(problem.spec(), measure, &mut notes)?;
             for case in cases(problem.spec(), measure)? {
                 groups.extend(grouped(problem.spec(), &case, &settings));
             }
@@ -151,7 +151,8 @@ impl Sweep {
         if groups.is_empty() {
             return Err(SuiteError::Usage(format!("sweep `{name}` measures nothing")));
         }
-        Ok(Plan { name: name.into(), repeats: self.repeats, limit_s: self.limit_s, groups })
+        let (repeats, limit_s) = (self.repeats, self.limit_s);
+        Ok(Plan { name: name.into(), repeats, limit_s, groups, notes })
     }
 }
 
@@ -239,7 +240,11 @@ fn cases(spec: &Spec, measure: &Measure) -> Result<Vec<Case>, SuiteError> {
     Ok(unique(cases))
 }
 
-fn settings(spec: &'static Spec, measure: &Measure) -> Result<Vec<Setting>, SuiteError> {
+fn settings(
+    spec: &'static Spec,
+    measure: &Measure,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Setting>, SuiteError> {
     let every = || {
         spec.techniques.iter().map(|t| Pick {
             id: t.id.into(),
@@ -256,11 +261,22 @@ fn settings(spec: &'static Spec, measure: &Measure) -> Result<Vec<Setting>, Suit
     if let Some(name) = measure.knobs.keys().find(|name| !known.contains(name.as_str())) {
         return Err(SuiteError::unknown("knob", name, known));
     }
+    for (name, values) in &measure.knobs {
+        if values.is_empty() {
+            return Err(SuiteError::Usage(format!("knob `{name}` has an empty list of values")));
+        }
+        for value in values {
+            accepted_by_one(&picked, name, value)?;
+        }
+    }
     let mut settings = Vec::new();
     for (pick, technique) in picks.iter().zip(picked) {
-        let mut lists = measure.knobs.clone();
-        lists.retain(|name, _| technique.knobs.iter().any(|k| k.name == name));
+        let mut lists = accepted(technique, &measure.knobs);
         lists.extend(pick.knobs.clone());
+        if let Some((name, _)) = lists.iter().find(|(_, values)| values.is_empty()) {
+            notes.push(format!("{}: left out, it takes none of the values of {name}", pick.id));
+            continue;
+        }
         let forms =
             if measure.forms.is_empty() { &[Form::Cpu, Form::Gpu][..] } else { &measure.forms };
         for variant in variants(technique, &pick.variants)? {
@@ -277,6 +293,28 @@ fn settings(spec: &'static Spec, measure: &Measure) -> Result<Vec<Setting>, Suit
         }
     }
     Ok(unique(settings))
+}
+
+/// A value for all techniques must fit at least one of them.
+fn accepted_by_one(picked: &[&Technique], name: &str, value: &Value) -> Result<(), SuiteError> {
+    let knobs = picked.iter().flat_map(|t| t.knobs).filter(|k| k.name == name);
+    let checks: Vec<_> = knobs.map(|k| k.check("knob", value)).collect();
+    match checks.iter().any(Result::is_ok) {
+        true => Ok(()),
+        false => checks.into_iter().next().map_or(Ok(()), |first| first.map(|_| ())),
+    }
+}
+
+/// Of the lists for all techniques what this one has and takes: formats differ between techniques.
+fn accepted(technique: &Technique, lists: &Lists) -> Lists {
+    let mut own = Lists::new();
+    for knob in technique.knobs {
+        if let Some(values) = lists.get(knob.name) {
+            let fit = values.iter().filter(|v| knob.check("knob", v).is_ok()).cloned();
+            own.insert(knob.name.into(), fit.collect());
+        }
+    }
+    own
 }
 
 fn variants(technique: &Technique, asked: &[String]) -> Result<Vec<&'static str>, SuiteError> {
@@ -402,6 +440,22 @@ mod tests {
         ))
         .unwrap_err();
         assert!(error.to_string().contains("more than 100000 combinations"), "{error}");
+    }
+
+    #[test]
+    fn a_value_reaches_the_techniques_that_take_it_and_the_others_are_named() {
+        let block = "about = 't'\n[[measure]]\nproblem = 'shadow-filtering'\nforms = ['cpu']\n";
+        let formats = |list: &str| plan(&format!("{block}knobs = {{ format = {list} }}"));
+        let of = |plan: &Plan, id: &str| {
+            plan.groups.iter().flat_map(|g| &g.settings).filter(|s| s.technique == id).count()
+        };
+        let both = formats("['f32', 'u16']").unwrap();
+        assert_eq!((of(&both, "msm"), of(&both, "evsm")), (2, 1));
+        assert!(both.notes.is_empty());
+        let unorm = formats("['u16']").unwrap();
+        assert_eq!((of(&unorm, "msm"), of(&unorm, "evsm")), (1, 0));
+        assert!(unorm.notes.iter().any(|n| n.starts_with("evsm: left out")), "{:?}", unorm.notes);
+        assert!(formats("['u8']").is_err());
     }
 
     #[test]

@@ -9,7 +9,7 @@ use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use rayon::prelude::*;
-use std::time::Duration;
+use std::{sync::OnceLock, time::Duration};
 
 // A tree of n leaves has 2n - 1 nodes with u32 indices; the top id is a sentinel.
 const MAX_TRIANGLES: usize = 1 << 30;
@@ -131,6 +131,7 @@ impl Tracer {
             mesh_uvs: mesh_uvs.collect(),
             bounds,
             space,
+            sheets: OnceLock::new(),
         })
     }
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 pub const PLANE_EPSILON: f64 = 1e-5;
 
 /// How far from the tangent plane, in widths of the window along the slope, the receiver's own
-/// surface is looked for. Half a width lets it turn by 45 degrees from the middle of the window to
+/// surface (what its triangle is connected to by shared corners) is looked for. Half a width lets it turn by 45 degrees from the middle of the window to
 /// its border; what strays further is another surface, and the plane stands in for it.
 pub const SURFACE_REACH: f64 = 0.5;
 
@@ -74,10 +74,11 @@ pub fn receiver(view: &LightView, surface: &Surface) -> Option<PlaneInMap> {
 /// Average over the square window of side `width_uv` (map coordinates) around the receiver of
 /// whether the receiver's surface is lit there. The surface above a point of the window is the hit
 /// along the point's light ray that lies nearest to the receiver's *tangent plane*, within
-/// [`SURFACE_REACH`]; where there is none (beyond a table's edge), it is the plane itself. It is
-/// lit if no surface lies closer to the light by more than [`PLANE_EPSILON`]. So neither a slanted
-/// plane nor a curved surface shadows itself, however wide the window, and a slat just above a
-/// floor shadows it. One random point in each cell of a `grid` × `grid` (0 counts as 1) raster of
+/// [`SURFACE_REACH`], among those on the receiver's side of the surface that its triangle is
+/// connected to; where there is none (beyond a table's edge), it is the plane itself. It is lit if
+/// nothing lies closer to the light by more than [`PLANE_EPSILON`]. So neither a slanted plane nor
+/// a curved surface shadows itself, however wide the window, while a slat just above a floor
+/// shadows the floor and a leaf its neighbour. One random point in each cell of a `grid` × `grid` (0 counts as 1) raster of
 /// the window, from `seed`. The window is not cut at the map's border.
 ///
 /// A receiver that [`receiver`] refuses (facing away) gives 0. Points of the window where a
@@ -102,7 +103,7 @@ pub fn filtered_visibility(
         let Some((origin, direction, z)) = plane_point(view, surface, u, v) else { continue };
         let ray = Ray { origin, direction, t_min: 0.0, t_max: z + reach };
         counted += 1;
-        lit += u64::from(is_lit(tracer, &ray, z, reach, &mut hits));
+        lit += u64::from(is_lit(tracer, &ray, surface.triangle, z, reach, &mut hits));
     }
     if counted == 0 { 0.0 } else { lit as f64 / counted as f64 }
 }
@@ -149,8 +150,9 @@ fn plane_point(view: &LightView, surface: &Surface, u: f64, v: f64) -> Option<(D
     (reached && z.is_finite()).then_some((origin, direction, z))
 }
 
-/// Whether the surface nearest to depth `z` along the ray is the first one that light meets.
-fn is_lit(tracer: &Tracer, ray: &Ray, z: f64, reach: f64, hits: &mut Vec<Hit>) -> bool {
+/// Whether the surface of triangle `own` at about depth `z` of the ray is the first that light
+/// meets.
+fn is_lit(tracer: &Tracer, ray: &Ray, own: u32, z: f64, reach: f64, hits: &mut Vec<Hit>) -> bool {
     let Some(first) = tracer.closest(ray).map(|hit| hit.t) else { return true };
     if first >= z - PLANE_EPSILON {
         return true;
@@ -158,9 +160,11 @@ fn is_lit(tracer: &Tracer, ray: &Ray, z: f64, reach: f64, hits: &mut Vec<Hit>) -
     if first < z - reach {
         return false;
     }
-    // The first surface may be the receiver's own: it is, unless another is nearer to the plane.
     tracer.all(ray, hits);
-    let nearest =
-        hits.iter().map(|hit| hit.t).min_by(|a, b| (a - z).abs().total_cmp(&(b - z).abs()));
-    nearest.is_none_or(|surface| first >= surface - PLANE_EPSILON)
+    let surface = hits
+        .iter()
+        .filter(|hit| tracer.is_same_surface(hit.triangle, own, ray.direction))
+        .map(|hit| hit.t)
+        .min_by(|a, b| (a - z).abs().total_cmp(&(b - z).abs()));
+    surface.is_some_and(|surface| first >= surface - PLANE_EPSILON)
 }

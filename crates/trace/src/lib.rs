@@ -11,6 +11,7 @@ mod filtered;
 mod light;
 mod maps;
 mod sampling;
+mod sheets;
 mod space;
 mod surface;
 mod tracer;

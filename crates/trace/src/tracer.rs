@@ -5,6 +5,7 @@
 //! argument why nothing is lost). Its fixed-size stack drops entries without a word when full, so
 //! it is sized by the tree's measured depth.
 
+use crate::sheets::Sheets;
 use crate::space::{PreparedRay, Space, above};
 use crate::watertight::{Corners, Crossing};
 use dapple_scene::{Aabb, Texture};
@@ -12,7 +13,7 @@ use glam::{DVec2, DVec3, Vec2};
 use obvhs::bvh2::Bvh2;
 use obvhs::fast_stack;
 use obvhs::ray::RayHit;
-use std::ops::ControlFlow;
+use std::{ops::ControlFlow, sync::OnceLock};
 
 /// A half line or part of one, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,6 +98,8 @@ pub struct Tracer {
     pub(crate) mesh_uvs: Vec<MeshUvs>,
     pub(crate) bounds: Aabb,
     pub(crate) space: Space,
+    /// Made when first asked for.
+    pub(crate) sheets: OnceLock<Sheets>,
 }
 
 #[derive(Clone, Copy)]

@@ -34,7 +34,7 @@ fn read(path: &Path) -> Result<Read, SuiteError> {
     };
     if let Some(first) = read.skipped.first() {
         let count = read.skipped.len();
-        note!("{count} lines skipped; the first is line {}: {}", first.line, first.reason);
+        note!("lines skipped: {count}; the first is line {}: {}", first.line, first.reason);
     }
     Ok(read)
 }

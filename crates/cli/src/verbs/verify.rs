@@ -59,6 +59,9 @@ pub fn run(args: &args::Verify) -> Result<Outcome> {
             ok = false;
         }
     }
+    if args.format == VerifyFormat::Table {
+        put!("\nchecks by technique: {}", by_technique(&reports))?;
+    }
     let checked: u64 = reports.iter().map(|r| r.checked).sum();
     let count = |o: GateOutcome| reports.iter().filter(|r| r.outcome == o).count();
     let broken = reports.iter().filter(|r| !r.is_ok()).count();
@@ -72,6 +75,19 @@ pub fn run(args: &args::Verify) -> Result<Outcome> {
         ok = false;
     }
     Ok(if ok { Outcome::Ok } else { Outcome::CheckFailed })
+}
+
+/// `vsm 21890, hard 20490, ...`, in the order of the gates.
+fn by_technique(reports: &[GateReport]) -> String {
+    let mut sums: Vec<(&str, u64)> = Vec::new();
+    for report in reports {
+        match sums.iter_mut().find(|(technique, _)| *technique == report.technique) {
+            Some((_, sum)) => *sum += report.checked,
+            None => sums.push((&report.technique, report.checked)),
+        }
+    }
+    let words: Vec<_> = sums.iter().map(|(technique, sum)| format!("{technique} {sum}")).collect();
+    words.join(", ")
 }
 
 fn print_table(reports: &[GateReport]) -> Result<()> {

@@ -92,6 +92,7 @@ pub fn run(
     let (mut writer, run, mut done) = open_records(plan, options, &resume_key(plan, options))?;
     let total = plan.rows();
     tell(Progress::Started { path: writer.path(), total, resumed: done.len() });
+    plan.notes.iter().for_each(|text| tell(Progress::Note(text)));
     let mut failed_groups = Vec::new();
     let mut noted = BTreeSet::new();
     for (index, group) in plan.groups.iter().enumerate() {

