@@ -122,8 +122,8 @@ fn every_technique_is_on_its_problems_page() {
 /// Controls: each kind of rot is reported, and a changed time is not.
 #[test]
 fn rot_is_reported() {
-    let row = " vsm/plain  cpu  1.51 ms  16.6 µs  1.000  0.05822  0.01042  2.0 MiB  bias=0.0  * ";
-    let slower = " vsm/plain  cpu  9.99 ms  2 ns  3.1  0.05822  0.01042  2.0 MiB  bias=0.0 ";
+    let row = " *  vsm/plain  1.51 ms  1%  1.000  0.05822  0.01042  2.0 MiB  bias=0.0 ";
+    let slower = "    vsm/plain  9.99 µs  17%  3.1  0.05822  0.01042  2.0 MiB  bias=0.0 ";
     assert_eq!(blocks::difference(row, slower), None);
     for (from, to) in [
         ("0.05822", "0.05823"),
@@ -131,7 +131,6 @@ fn rot_is_reported() {
         ("2.0 MiB", "2.5 MiB"),
         ("bias=0.0", "bias=0.1"),
         ("vsm", "esm"),
-        ("cpu", "gpu"),
     ] {
         assert!(blocks::difference(row, &row.replace(from, to)).is_some(), "{from} -> {to}");
     }
