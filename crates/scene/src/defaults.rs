@@ -160,10 +160,8 @@ mod tests {
         let mut s = bare();
         let radius = s.bounds().radius();
         add_ground(&mut s);
-        for (mesh, instance) in [(s.meshes.len() - 1, s.instances.len() - 1)] {
-            s.meshes[mesh].name = "lawn".into();
-            s.instances[instance].transform.matrix3 *= 100.0;
-        }
+        s.meshes.last_mut().unwrap().name = "lawn".into();
+        s.instances.last_mut().unwrap().transform.matrix3 *= 100.0;
         s.add_defaults();
         let distance = s.cameras[0].position.distance(s.cameras[0].target);
         assert!(distance < 6.0 * radius, "{distance}");

@@ -52,6 +52,30 @@ pub enum Estimator {
     Msm,
 }
 
+impl Estimator {
+    /// Every estimator in every variant; percentage-closer filtering with every texel. Tests and
+    /// gates run over this list.
+    #[must_use]
+    pub fn every() -> Vec<Self> {
+        use {EsmSpace as Space, EvsmComponents as Warps, VsmVariant as Vsm};
+        let mut all = vec![Self::Hard, Self::Pcf { taps: 0 }];
+        all.extend(
+            [Vsm::Plain, Vsm::MinVariance, Vsm::Linstep, Vsm::Max]
+                .map(|variant| Self::Vsm { variant }),
+        );
+        all.extend([Self::GaussianCdf, Self::PowerCdf]);
+        all.extend([Space::Linear, Space::Log].map(|space| Self::Esm { space }));
+        for splits in [Splits::Uniform, Splits::Lloyd] {
+            all.push(Self::LayeredVsm { splits });
+            all.push(Self::LayeredGaussian { splits });
+            all.push(Self::LayeredPower { splits });
+        }
+        all.extend([Warps::Two, Warps::Four].map(|components| Self::Evsm { components }));
+        all.push(Self::Msm);
+        all
+    }
+}
+
 /// Repairs of Chebyshev's bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum VsmVariant {
@@ -402,4 +426,42 @@ pub enum FilterError {
     /// Shading before the map was filtered.
     #[error("the map was not filtered yet")]
     NotFiltered,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::{collections::HashSet, mem::discriminant};
+
+    /// A new variant does not compile here: count its values, and list them in `every`.
+    fn values_of_the_same_kind(estimator: Estimator) -> usize {
+        match estimator {
+            Estimator::Hard | Estimator::Pcf { .. } => 1,
+            Estimator::GaussianCdf | Estimator::PowerCdf | Estimator::Msm => 1,
+            Estimator::Esm { space: EsmSpace::Linear | EsmSpace::Log } => 2,
+            Estimator::LayeredVsm { splits: Splits::Uniform | Splits::Lloyd }
+            | Estimator::LayeredGaussian { .. }
+            | Estimator::LayeredPower { .. } => 2,
+            Estimator::Evsm { components: EvsmComponents::Two | EvsmComponents::Four } => 2,
+            Estimator::Vsm { variant } => match variant {
+                VsmVariant::Plain
+                | VsmVariant::MinVariance
+                | VsmVariant::Linstep
+                | VsmVariant::Max => 4,
+            },
+        }
+    }
+
+    #[test]
+    fn every_estimator_is_listed_once() {
+        let all = Estimator::every();
+        for estimator in &all {
+            let same = all.iter().filter(|e| discriminant(*e) == discriminant(estimator)).count();
+            assert_eq!(same, values_of_the_same_kind(*estimator), "{estimator:?}");
+        }
+        assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
+        // Eleven kinds: this number is counted by hand from the enum above.
+        let kinds: HashSet<_> = all.iter().map(discriminant).collect();
+        assert_eq!((kinds.len(), all.len()), (11, 19));
+    }
 }

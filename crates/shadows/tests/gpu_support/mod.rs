@@ -8,9 +8,7 @@ use dapple_gpu::testing::test_gpu;
 use dapple_shadows::filtering::channels::{Channels, MAX_READ, Reduction};
 use dapple_shadows::filtering::kernel::Kernel;
 use dapple_shadows::filtering::lookup::{Footprint, biased_depth};
-use dapple_shadows::filtering::{
-    DepthMap, EsmSpace, Estimator, EvsmComponents, Format, Receiver, Settings, Splits, VsmVariant,
-};
+use dapple_shadows::filtering::{DepthMap, EsmSpace, Estimator, Format, Receiver, Settings};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -27,26 +25,7 @@ pub fn rng(seed: u64) -> Pcg64 {
 
 /// Every pre-filtered estimator.
 pub fn prefiltered() -> Vec<Estimator> {
-    let mut all = vec![
-        Estimator::GaussianCdf,
-        Estimator::PowerCdf,
-        Estimator::Esm { space: EsmSpace::Linear },
-        Estimator::Esm { space: EsmSpace::Log },
-        Estimator::Evsm { components: EvsmComponents::Two },
-        Estimator::Evsm { components: EvsmComponents::Four },
-        Estimator::Msm,
-    ];
-    for variant in
-        [VsmVariant::Plain, VsmVariant::MinVariance, VsmVariant::Linstep, VsmVariant::Max]
-    {
-        all.push(Estimator::Vsm { variant });
-    }
-    for splits in [Splits::Uniform, Splits::Lloyd] {
-        all.push(Estimator::LayeredVsm { splits });
-        all.push(Estimator::LayeredGaussian { splits });
-        all.push(Estimator::LayeredPower { splits });
-    }
-    all
+    Estimator::every().into_iter().filter(|e| Settings::new(*e).prefiltered()).collect()
 }
 
 /// The settings of an estimator in every format that can store it.

@@ -2,8 +2,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use dapple_shadows::filtering::{
-    DepthMap, EsmSpace, Estimator, EvsmComponents, Format, KernelShape, Lookup, Receiver, Settings,
-    Splits, VsmVariant,
+    DepthMap, Estimator, Format, KernelShape, Lookup, Receiver, Settings,
 };
 use proptest::test_runner::Config;
 use rand::{RngExt, SeedableRng};
@@ -19,31 +18,9 @@ pub fn rng(seed: u64) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed)
 }
 
-/// Every estimator and variant.
+/// Every estimator and variant, and percentage-closer filtering with fewer taps.
 pub fn estimators() -> Vec<Estimator> {
-    let mut all = vec![
-        Estimator::Hard,
-        Estimator::Pcf { taps: 0 },
-        Estimator::Pcf { taps: 3 },
-        Estimator::GaussianCdf,
-        Estimator::PowerCdf,
-        Estimator::Esm { space: EsmSpace::Linear },
-        Estimator::Esm { space: EsmSpace::Log },
-        Estimator::Evsm { components: EvsmComponents::Two },
-        Estimator::Evsm { components: EvsmComponents::Four },
-        Estimator::Msm,
-    ];
-    for variant in
-        [VsmVariant::Plain, VsmVariant::MinVariance, VsmVariant::Linstep, VsmVariant::Max]
-    {
-        all.push(Estimator::Vsm { variant });
-    }
-    for splits in [Splits::Uniform, Splits::Lloyd] {
-        all.push(Estimator::LayeredVsm { splits });
-        all.push(Estimator::LayeredGaussian { splits });
-        all.push(Estimator::LayeredPower { splits });
-    }
-    all
+    [Estimator::every(), vec![Estimator::Pcf { taps: 3 }]].concat()
 }
 
 /// Every estimator in every format that can hold it, with the format's defaults.
