@@ -86,6 +86,29 @@ fn broken_scenes_are_named_with_file_and_element() {
 }
 
 #[test]
+fn a_light_without_area_is_named_with_its_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut scene = dapple_scene::generate::by_name("cube", 0).unwrap();
+    let [centre, half_u, half_v] = [[0.0, 9.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.7512]];
+    scene.lights.push(dapple_scene::Light::Area {
+        centre: centre.into(),
+        half_u: half_u.into(),
+        half_v: half_v.into(),
+    });
+    let path = at.join("lamp.glb");
+    dapple_scene::write_glb(&scene, &path).unwrap();
+    assert!(run(at, &["scene", "inspect", "lamp.glb"]).status.success());
+    // No valid scene can be written with it, so its one distance is struck out in the file.
+    let mut bytes = fs::read(&path).unwrap();
+    let found = bytes.windows(6).position(|w| w == b"0.7512").expect("the light's half side");
+    bytes[found..found + 6].copy_from_slice(b"0.0000");
+    fs::write(&path, bytes).unwrap();
+    refuses(at, &["scene", "inspect", "lamp.glb"], 2, &["lamp.glb", "area", "more than 0"]);
+    refuses(at, &measure("lamp.glb", &[]), 2, &["lamp.glb", "area"]);
+}
+
+#[test]
 fn test_data_that_are_not_at_hand_say_how_to_get_them() {
     let folder = tempfile::tempdir().unwrap();
     refuses(folder.path(), &measure("data:trees/oak.obj", &[]), 2, &["DAPPLE_DATA"]);

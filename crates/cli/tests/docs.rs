@@ -6,7 +6,10 @@
 //! `DAPPLE_BLESS=1` the blocks and pictures are rewritten, which a build server refuses to do.
 
 mod common;
+
 mod docs_support;
+
+use std::io::Write;
 
 use docs_support::{
     blocks::{self, Made},
@@ -36,7 +39,7 @@ fn generated_blocks_are_what_the_program_prints() {
                         "{}: {why}",
                         block.command
                     );
-                    println!("not run: {}: {why}", block.command);
+                    let _ = writeln!(std::io::stderr(), "not run: {}: {why}", block.command);
                     continue;
                 }
             };

@@ -208,7 +208,7 @@ fn more_leaves_than_a_binding_holds_are_refused_by_name() {
     let leaves = (bytes / 24 + 1) as usize;
     if leaves > 20_000_000 {
         // Such a crown would need gigabytes of host memory to state.
-        eprintln!("not run: this device binds {bytes} bytes");
+        dapple_gpu::testing::say_not_run(&format!("this device binds {bytes} bytes"));
         return;
     }
     let cells = Cells::generate(1, leaves, 512).unwrap();

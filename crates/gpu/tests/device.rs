@@ -199,7 +199,7 @@ fn a_frame_reports_its_passes_by_name_in_order() {
     assert!(times.wall_ns > 0);
     assert_eq!(times.fault, None);
     if !gpu.abilities.timestamps {
-        eprintln!("not run: no sound timestamps on {}", gpu.facts.line());
+        dapple_gpu::testing::say_not_run(&format!("no sound timestamps on {}", gpu.facts.line()));
         assert_eq!((times.gpu_ns, times.passes), (None, Vec::new()));
         return;
     }
