@@ -5,10 +5,11 @@
 //! compared depth are f32 as in every form (`lookup`). Cost: width squared per receiver and
 //! corner; never timed.
 
+mod port;
+
 use rayon::prelude::*;
 
-#[cfg(doc)]
-use super::Format;
+pub use self::port::{CPU_STEPS, Expected, PORT_SLACK, Rounding, expected, port_bounds};
 use super::channels::{Channels, MAX_READ, Reduction};
 use super::estimators::{exponential, gaussian, step};
 use super::faults::Fault;
@@ -28,45 +29,23 @@ pub fn visibility(
     evaluate(map, receivers, settings, None)
 }
 
-/// Allowance of [`port_bounds`] for arithmetic that no stored value shows: powers of e (their
-/// argument alone is rounded by up to 88 * 2^-24) and sums of weights.
-pub const PORT_SLACK: f64 = 2e-5;
-
-/// Roundings of f32 allowed to the CPU form in [`port_bounds`].
-pub const CPU_STEPS: f64 = 4.0;
-
-/// The range in which a port's visibility of every receiver must lie.
-///
-/// A port rounds between the passes and computes in f32. What that may change is known for the
-/// stored channels, not for the visibility: where the estimator is ill-conditioned (a variance of
-/// half floats) a correct port may be anywhere. So every channel read is moved up and down by
-/// `float_steps` times 2^-23 of its value and by [`Format::pass_error`], and the range is that of
-/// the visibilities so reached, widened by [`PORT_SLACK`]. For `Hard` and `Pcf` with `plane_bias`
-/// the compared plane is moved by `float_steps` times 2^-23 instead.
+/// [`visibility`] with the middle weight of either axis multiplied by `factor` and nothing
+/// normalised again: the least fault of a filter, for the controls of checks.
 ///
 /// # Errors
 /// As [`visibility`].
-pub fn port_bounds(
+pub fn visibility_one_weight_off(
     map: &DepthMap,
     receivers: &[Receiver],
     settings: &Settings,
-    float_steps: f64,
-) -> Result<Vec<(f64, f64)>, FilterError> {
-    let oracle = Oracle::new(map, settings, None)?;
-    let bounds = |receiver: &Receiver| {
-        let (low, high) = if !receiver.in_map() {
-            return (1.0, 1.0);
-        } else if settings.prefiltered() {
-            oracle.reachable(receiver, float_steps)
-        } else {
-            let nudge =
-                if settings.plane_bias { float_steps * f64::from(f32::EPSILON) } else { 0.0 };
-            let filtered = |nudge| oracle.closer_filtered(receiver, nudge);
-            (filtered(nudge), filtered(-nudge))
-        };
-        (low - PORT_SLACK, high + PORT_SLACK)
-    };
-    Ok(receivers.par_iter().map(bounds).collect())
+    factor: f64,
+) -> Result<Vec<f64>, FilterError> {
+    let mut oracle = Oracle::new(map, settings, None)?;
+    let middle = oracle.weights.len() / 2;
+    oracle.weights.iter_mut().skip(middle).take(1).for_each(|weight| *weight *= factor);
+    let middle = oracle.taps.len() / 2;
+    oracle.taps.iter_mut().skip(middle).take(1).for_each(|(_, weight)| *weight *= factor);
+    Ok(receivers.par_iter().map(|receiver| oracle.shade(receiver)).collect())
 }
 
 pub(super) fn evaluate(
@@ -76,18 +55,9 @@ pub(super) fn evaluate(
     fault: Option<Fault>,
 ) -> Result<Vec<f64>, FilterError> {
     let oracle = Oracle::new(map, settings, fault)?;
-    let shade = |receiver: &Receiver| {
-        let receiver = match fault {
-            Some(Fault::ClampedReceiver) => &moved_inside(receiver),
-            _ => receiver,
-        };
-        if !receiver.in_map() {
-            1.0
-        } else if settings.prefiltered() {
-            oracle.prefiltered(receiver)
-        } else {
-            oracle.closer_filtered(receiver, 0.0)
-        }
+    let shade = |receiver: &Receiver| match fault {
+        Some(Fault::ClampedReceiver) => oracle.shade(&moved_inside(receiver)),
+        _ => oracle.shade(receiver),
     };
     Ok(receivers.par_iter().map(shade).collect())
 }
@@ -100,7 +70,8 @@ fn moved_inside(receiver: &Receiver) -> Receiver {
 struct Oracle<'a> {
     map: &'a DepthMap,
     settings: &'a Settings,
-    kernel: Kernel,
+    /// Of the window along one axis.
+    weights: Vec<f64>,
     /// Of percentage-closer filtering, along one axis.
     taps: Vec<(i32, f64)>,
     channels: Channels,
@@ -128,7 +99,18 @@ impl<'a> Oracle<'a> {
             packed.map(|x| settings.format.round(x)).collect::<Vec<f64>>()
         };
         let planes = (0..settings.channel_count() as usize).map(pack).collect();
-        Ok(Self { map, settings, kernel, taps, channels, planes, fault })
+        let weights = kernel.weights().to_vec();
+        Ok(Self { map, settings, weights, taps, channels, planes, fault })
+    }
+
+    fn shade(&self, receiver: &Receiver) -> f64 {
+        if !receiver.in_map() {
+            1.0
+        } else if self.settings.prefiltered() {
+            self.prefiltered(receiver)
+        } else {
+            self.closer_filtered(receiver, [0.0])[0]
+        }
     }
 
     /// Index of the texel at an offset, the border repeated.
@@ -140,14 +122,14 @@ impl<'a> Oracle<'a> {
         clamp(y, dy, self.map.height) * self.map.width as usize + clamp(x, dx, self.map.width)
     }
 
-    /// Mean of the comparisons over the window, blended over the footprint; `nudge` (depth) moves
-    /// the receiver away from the light.
-    fn closer_filtered(&self, receiver: &Receiver, nudge: f64) -> f64 {
+    /// Mean of the comparisons over the window, blended over the footprint, for each of the
+    /// `nudges` (depth) of the receiver away from the light.
+    fn closer_filtered<const N: usize>(&self, receiver: &Receiver, nudges: [f64; N]) -> [f64; N] {
         let (width, height) = (self.map.width, self.map.height);
-        let z = self.biased_depth(receiver) + nudge;
+        let z = self.biased_depth(receiver);
         let (du, dv) = if self.settings.plane_bias { slopes(receiver) } else { (0.0, 0.0) };
         let (u, v) = (f64::from(receiver.u), f64::from(receiver.v));
-        let mut sum = 0.0;
+        let mut sums = [0.0; N];
         for ((x, y), share) in self.footprint(receiver).corners() {
             for &(dy, wy) in &self.taps {
                 for &(dx, wx) in &self.taps {
@@ -155,12 +137,14 @@ impl<'a> Oracle<'a> {
                     let tu = ((texel % width as usize) as f64 + 0.5) / f64::from(width);
                     let tv = ((texel / width as usize) as f64 + 0.5) / f64::from(height);
                     let plane = z + f64::from(du) * (tu - u) + f64::from(dv) * (tv - v);
-                    let lit = step::visibility(self.planes[0][texel], plane);
-                    sum += f64::from(share) * wx * wy * lit;
+                    for (sum, nudge) in sums.iter_mut().zip(nudges) {
+                        let lit = step::visibility(self.planes[0][texel], plane + nudge);
+                        *sum += f64::from(share) * wx * wy * lit;
+                    }
                 }
             }
         }
-        sum.clamp(0.0, 1.0)
+        sums.map(|sum: f64| sum.clamp(0.0, 1.0))
     }
 
     /// Channels filtered, rounded and blended over the footprint; unused places stay 0.
@@ -187,31 +171,6 @@ impl<'a> Oracle<'a> {
         f64::from(biased_depth(receiver, self.settings, width, height))
     }
 
-    /// Smallest and largest visibility with every channel moved by its rounding.
-    fn reachable(&self, receiver: &Receiver, float_steps: f64) -> (f64, f64) {
-        let z = self.biased_depth(receiver);
-        let stats = self.stats(receiver, z);
-        let read = self.channels.per_layer();
-        let format = self.settings.format;
-        // Odd moments pass through 0 but are summed from values up to 1.
-        let magnitude = |x: f64| if self.settings.estimator == Estimator::Msm { 1.0 } else { x };
-        let moves = stats.map(|x| {
-            let size = magnitude(x).abs();
-            format.pass_error(size) + float_steps * f64::from(f32::EPSILON) * size
-        });
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        // Every channel down, kept and up, in all combinations.
-        for combination in 0..3usize.pow(read as u32) {
-            let moved = std::array::from_fn(|channel| {
-                let digit = combination / 3usize.pow(channel.min(read) as u32) % 3;
-                stats[channel] + (digit as f64 - 1.0) * moves[channel]
-            });
-            let v = self.channels.visibility(&moved, z);
-            (low, high) = (low.min(v), high.max(v));
-        }
-        (low, high)
-    }
-
     fn prefiltered(&self, receiver: &Receiver) -> f64 {
         let z = self.biased_depth(receiver);
         let mut stats = self.stats(receiver, z);
@@ -234,8 +193,8 @@ impl<'a> Oracle<'a> {
 
     /// One channel reduced over the window around a texel.
     fn window(&self, channel: usize, x: u32, y: u32) -> f64 {
-        let radius = self.kernel.radius() as i32;
-        let weights = self.kernel.weights();
+        let weights = &self.weights;
+        let radius = (weights.len() / 2) as i32;
         let plane = &self.planes[channel];
         let texels = (0..weights.len() * weights.len()).map(|i| {
             let (row, column) = (i / weights.len(), i % weights.len());

@@ -6,7 +6,9 @@ use crate::{
     problem::{Checked, Picture},
 };
 use dapple_shadows::filtering::{
-    Counters, DepthMap, Estimator, Format, Receiver, Settings, kernel::Kernel, reference,
+    Counters, DepthMap, Estimator, Format, Receiver, Settings,
+    kernel::Kernel,
+    reference::{self, Rounding},
 };
 use std::collections::BTreeMap;
 
@@ -18,7 +20,8 @@ pub fn check_range(result: &[f32], checked: &mut Checked) {
     }
 }
 
-/// Holds a port against the reference on the chosen pixels.
+/// Holds a port against the reference on the chosen pixels: each within what the port's rounding
+/// may do to it there.
 ///
 /// # Errors
 /// Those of the reference.
@@ -28,11 +31,12 @@ pub fn check_port(
     map: &DepthMap,
     result: &[f32],
     subset: &[usize],
+    rounding: &Rounding,
     checked: &mut Checked,
 ) -> Result<(), SuiteError> {
-    let expected = reference::visibility(map, &chosen(case, subset), settings)?;
+    let expected = reference::expected(map, &chosen(case, subset), settings, rounding)?;
     let got: Vec<f32> = subset.iter().map(|i| result[*i]).collect();
-    let deviation = tolerance::Deviation::between(&got, &expected, settings);
+    let deviation = tolerance::Deviation::between(&got, &expected);
     checked.port_errors.insert("visibility_max".into(), deviation.max);
     checked.port_errors.insert("visibility_beyond".into(), deviation.share_beyond);
     checked.violations.extend(deviation.violation(settings));

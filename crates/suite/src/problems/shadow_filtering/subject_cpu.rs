@@ -5,7 +5,7 @@ use crate::{
     SuiteError,
     problem::{Checked, FrameTime, Picture, Subject},
 };
-use dapple_shadows::filtering::{DepthMap, Settings, cpu};
+use dapple_shadows::filtering::{DepthMap, Settings, cpu, reference::Rounding};
 use std::{rc::Rc, time::Instant};
 
 /// The filter with its map and result.
@@ -69,7 +69,8 @@ impl Subject for CpuSubject<'_, '_> {
         };
         port::check_range(&self.result, &mut checked);
         let subset = self.case.subset(self.map.width);
-        port::check_port(self.case, s, &self.map, &self.result, &subset, &mut checked)?;
+        let (map, result, rounding) = (&self.map, &self.result, Rounding::cpu());
+        port::check_port(self.case, s, map, result, &subset, &rounding, &mut checked)?;
         port::estimator_error(self.case, s, &self.map, &self.result, &subset, &mut checked)?;
         Ok(checked)
     }

@@ -11,6 +11,7 @@ use dapple_shadows::filtering::{
     DepthMap, Settings,
     gpu::{DepthSource, Filter, GpuFilterError},
     gpu_depth::{DepthRaster, DepthRasterError},
+    reference::Rounding,
 };
 use std::rc::Rc;
 
@@ -87,7 +88,8 @@ impl Subject for GpuSubject<'_, '_> {
         self.filter.upload_depths(self.gpu, &cast).map_err(filter_error)?;
         let over_cast = self.filter_once()?;
         port::check_range(&over_cast, &mut checked);
-        port::check_port(self.case, &self.settings, &cast, &over_cast, &subset, &mut checked)?;
+        let (s, rounding) = (&self.settings, Rounding::gpu(&self.settings));
+        port::check_port(self.case, s, &cast, &over_cast, &subset, &rounding, &mut checked)?;
         // The rasteriser alone.
         let map = self.rasterise()?;
         tolerance::check_raster(&cast, &map, &mut checked);

@@ -1,14 +1,13 @@
-//! What holds for every technique on whole maps: the range, receivers outside, and the port of
-//! the processor.
+//! What holds for every technique on whole maps: the range, and receivers outside.
 
 use super::{About, gate, input};
 use crate::{
     SuiteError,
-    problems::shadow_filtering::{SPEC, tolerance},
+    problems::shadow_filtering::SPEC,
     verify::{Gate, GateContext, Tally},
 };
 use dapple_shadows::filtering::{
-    DepthMap, Receiver, Settings, cpu,
+    DepthMap, Receiver, Settings,
     faults::{self, Fault},
     reference,
 };
@@ -29,15 +28,6 @@ pub fn gates() -> Vec<Gate> {
                 fault: "a receiver outside the map is moved to its border",
             },
             move |context, faulty| range(id, context, faulty),
-        ));
-        gates.push(gate(
-            About {
-                technique: id,
-                name: "P7.6 cpu port",
-                statement: "separable, parallel f32 windows give what brute-force f64 ones give",
-                fault: "the reference's window begins one texel early",
-            },
-            move |context, faulty| cpu_port(id, context, faulty),
         ));
     }
     gates
@@ -79,32 +69,4 @@ fn range(id: &str, context: &GateContext<'_>, faulty: bool) -> Result<Tally, Sui
         }
     }
     Ok(tally)
-}
-
-fn cpu_port(id: &str, context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteError> {
-    let mut tally = Tally::default();
-    let fault = faulty.then_some(Fault::WindowOffByOne);
-    for case in 0..context.cases {
-        let mut rng = input::rng(context.seed, id, case);
-        let (map, settings) = (input::map(&mut rng), input::settings_of(&mut rng, id)?);
-        let receivers = input::receivers(&mut rng, &map, RECEIVERS);
-        let mut filter = cpu::Filter::new(map.width, map.height, &settings)?;
-        let mut port = vec![0.0; receivers.len()];
-        filter.prefilter(&map)?;
-        filter.shade(&map, &receivers, &mut port)?;
-        let expected = evaluate(&map, &receivers, &settings, fault)?;
-        hold(&mut tally, &port, &expected, &settings);
-    }
-    Ok(tally)
-}
-
-/// One check a map: the share of receivers beyond the settings' tolerance.
-pub fn hold(tally: &mut Tally, port: &[f32], expected: &[f64], settings: &Settings) {
-    let deviation = tolerance::Deviation::between(port, expected, settings);
-    let allowed = tolerance::of(settings).beyond;
-    // As a multiple of what is allowed: tolerances differ between settings.
-    tally.within(deviation.share_beyond / allowed, 1.0, || {
-        format!("{settings:?}: share of receivers beyond tolerance (largest {:.3})", deviation.max)
-    });
-    tally.check(deviation.max.is_finite(), || format!("{settings:?}: a value is not finite"));
 }
