@@ -1,6 +1,7 @@
 //! What the filters read and report.
 
 use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
 
 use super::FilterError;
 
@@ -26,7 +27,7 @@ impl DepthMap {
     /// infinite or outside 0..=1).
     pub fn check(&self) -> Result<(), FilterError> {
         self.check_size(self.width, self.height)?;
-        match self.depths.iter().position(|z| !(0.0..=1.0).contains(z)) {
+        match self.depths.par_iter().position_first(|z| !(0.0..=1.0).contains(z)) {
             Some(texel) => Err(FilterError::Depth { texel, depth: self.depths[texel] }),
             None => Ok(()),
         }
