@@ -43,27 +43,15 @@ pub fn print_fronts(rows: &[Row], view: &View<'_>) -> Result<()> {
             let known = spec.metrics.iter().map(|m| m.name);
             return Err(SuiteError::unknown("metric", metric, known).into());
         }
-        print_problem(spec, metric, &latest(&rows), view, &mut ranked)?;
+        // Before rows are told apart by status and clock: a technique that fails its check today is
+        // not on today's front.
+        let rows: Vec<&Row> = front::latest(&rows).into_iter().map(|i| rows[i]).collect();
+        print_problem(spec, metric, &rows, view, &mut ranked)?;
     }
     if view.format != Format::Table {
         ranked.print(view.format)?;
     }
     Ok(())
-}
-
-/// Of what was measured more than once the last, whatever came of it: a technique that fails its
-/// check today is not on today's front.
-fn latest<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
-    let mut last: BTreeMap<(&str, &str), usize> = BTreeMap::new();
-    for (i, row) in rows.iter().enumerate() {
-        let kept = last.entry((&row.machine, &row.row)).or_insert(i);
-        if rows[*kept].time <= row.time {
-            *kept = i;
-        }
-    }
-    let mut kept: Vec<usize> = last.into_values().collect();
-    kept.sort_unstable();
-    kept.into_iter().map(|i| rows[i]).collect()
 }
 
 /// Prints the fronts of one problem for people, or adds them to `ranked` for programs.
@@ -303,25 +291,6 @@ fn bytes(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_later_failure_takes_the_place_of_a_result_and_a_later_result_that_of_a_failure() {
-        let failed = Status::Failed { stage: "check".into(), reason: "off".into() };
-        let row = |id: &str, time: &str, status: &Status| Row {
-            row: id.into(),
-            time: time.into(),
-            status: status.clone(),
-            ..Row::default()
-        };
-        let rows = [
-            row("a", "2", &failed),
-            row("a", "1", &Status::Ok),
-            row("b", "1", &failed),
-            row("b", "2", &Status::Ok),
-        ];
-        let kept = latest(&rows.iter().collect::<Vec<_>>());
-        assert_eq!(kept, [&rows[0], &rows[3]]);
-    }
 
     #[test]
     fn units_fit_the_size() {

@@ -84,19 +84,9 @@ pub struct Constraint {
     pub at_most: f64,
 }
 
-/// [`constrained`] without constraints.
-pub fn front(rows: &[&Row], metric: &str, clock: &str) -> Fronts {
-    constrained(rows, metric, clock, &[])
-}
-
-/// Fronts of `metric` (an error, else a counter; less is better) against the median time by
-/// `clock` (`gpu` or `wall`).
-///
-/// Of rows with the same identity and machine only the last by time counts (by position at equal
-/// times), whatever its status. Failed rows, rows that were not run, rows by another clock, rows
-/// without time or with a missing or non-finite metric, and rows that break or did not measure a
-/// constraint are excluded and listed. Two equal points are both on the front.
-pub fn constrained(rows: &[&Row], metric: &str, clock: &str, constraints: &[Constraint]) -> Fronts {
+/// Indices of the rows that count, in order: of those with the same identity and machine the last
+/// by time (by position at equal times), whatever its status.
+pub fn latest(rows: &[&Row]) -> Vec<usize> {
     let mut latest: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for (index, row) in rows.iter().enumerate() {
         let kept = latest.entry((&row.machine, &row.row)).or_insert(index);
@@ -106,6 +96,22 @@ pub fn constrained(rows: &[&Row], metric: &str, clock: &str, constraints: &[Cons
     }
     let mut chosen: Vec<usize> = latest.into_values().collect();
     chosen.sort_unstable();
+    chosen
+}
+
+/// [`constrained`] without constraints.
+pub fn front(rows: &[&Row], metric: &str, clock: &str) -> Fronts {
+    constrained(rows, metric, clock, &[])
+}
+
+/// Fronts of `metric` (an error, else a counter; less is better) against the median time by
+/// `clock` (`gpu` or `wall`).
+///
+/// Only the [`latest`] rows count. Failed rows, rows that were not run, rows by another clock, rows
+/// without time or with a missing or non-finite metric, and rows that break or did not measure a
+/// constraint are excluded and listed. Two equal points are both on the front.
+pub fn constrained(rows: &[&Row], metric: &str, clock: &str, constraints: &[Constraint]) -> Fronts {
+    let chosen = latest(rows);
 
     let mut fronts: BTreeMap<Key, Front> = BTreeMap::new();
     for &index in &chosen {
@@ -227,6 +233,25 @@ mod tests {
         let mut fronts = front(&rows.iter().collect::<Vec<_>>(), "rmse", "gpu").fronts;
         assert_eq!(fronts.len(), 1);
         fronts.remove(0)
+    }
+
+    #[test]
+    fn a_later_failure_takes_the_place_of_a_result_and_a_later_result_that_of_a_failure() {
+        let failed = Status::Failed { stage: "check".into(), reason: "off".into() };
+        let at = |id: &str, time: &str, status: &Status| Row {
+            row: id.into(),
+            time: time.into(),
+            status: status.clone(),
+            ..Row::default()
+        };
+        let rows = [
+            at("a", "2", &failed),
+            at("a", "1", &Status::Ok),
+            at("b", "1", &failed),
+            at("b", "2", &Status::Ok),
+        ];
+        let kept = latest(&rows.iter().collect::<Vec<_>>());
+        assert_eq!(kept, [0, 3]);
     }
 
     #[test]

@@ -49,6 +49,11 @@ pub struct Figure {
     pub unit: &'static str,
 }
 
+/// A figure.
+pub fn figure(what: impl Into<String>, value: f64, unit: &'static str) -> Figure {
+    Figure { what: what.into(), value, unit }
+}
+
 /// A verdict with its figures.
 #[derive(Clone, Debug)]
 pub struct Judged {

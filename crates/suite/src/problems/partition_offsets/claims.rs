@@ -8,7 +8,7 @@ use super::{
 use crate::{
     SuiteError,
     case::Case,
-    claims::{Claim, ClaimContext, Figure, Judged, Verdict},
+    claims::{Claim, ClaimContext, Judged, Verdict, figure},
     knob::{self, Knobs},
     problem::Form,
 };
@@ -95,10 +95,6 @@ fn line(x: &[f64], y: &[f64]) -> (f64, f64, f64) {
     let slope = xy / xx;
     let rest = sum(&|a, b| (b - my - slope * (a - mx)).powi(2));
     (my - slope * mx, slope, 1.0 - rest / sum(&|_, b| (b - my).powi(2)))
-}
-
-pub(super) fn figure(what: impl Into<String>, value: f64, unit: &'static str) -> Figure {
-    Figure { what: what.into(), value, unit }
 }
 
 fn affine(context: &ClaimContext<'_>) -> Result<Judged, SuiteError> {

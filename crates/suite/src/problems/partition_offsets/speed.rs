@@ -4,13 +4,12 @@
 //! same device in the same run.
 
 use super::{
-    claims::figure,
     spec::SPEC,
     subject::{self, Packer},
 };
 use crate::{
     SuiteError,
-    claims::{Claim, ClaimContext, Figure, Judged, Verdict},
+    claims::{Claim, ClaimContext, Figure, Judged, Verdict, figure},
     problem::Form,
 };
 use dapple_foliage::partition::{

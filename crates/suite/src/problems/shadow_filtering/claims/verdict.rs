@@ -1,15 +1,11 @@
 //! What judges share: figures, votes and the threshold for light that is seen.
 
+pub use crate::claims::figure;
 use crate::claims::{Figure, Judged, Verdict};
 
 /// One grey level of an 8-bit image. A mean error below it vanishes when the picture is stored;
 /// a mean leak above it brightens the whole of a full shadow by at least one level.
 pub const GREY_LEVEL: f64 = 1.0 / 255.0;
-
-/// A figure.
-pub fn figure(what: impl Into<String>, value: f64, unit: &'static str) -> Figure {
-    Figure { what: what.into(), value, unit }
-}
 
 /// A judgement.
 pub fn judged(verdict: Verdict, because: impl Into<String>, figures: Vec<Figure>) -> Judged {
