@@ -26,7 +26,7 @@ fn main() -> ExitCode {
     die_of_closed_pipes(true);
     let args = Args::parse();
     let result = match args.verb {
-        None => verbs::status::run(),
+        None => verbs::dashboard::run(),
         Some(Verb::List(a)) => verbs::list::run(&a),
         Some(Verb::Doctor(a)) => verbs::doctor::run(&a),
         Some(Verb::Measure(a)) => verbs::measure::run(&a),
@@ -35,6 +35,15 @@ fn main() -> ExitCode {
         Some(Verb::Claims(a)) => verbs::claims::run(&a),
         Some(Verb::Render(a)) => verbs::render::run(&a),
         Some(Verb::Scene(a)) => verbs::scene::run(&a),
+        Some(Verb::Stress(a)) => verbs::stress::run(&a),
+        Some(Verb::StressAxis) => verbs::stress::serve(),
+        Some(Verb::Advise(a)) => verbs::advise::run(&a),
+        Some(Verb::Compare(a)) => verbs::compare::run(&a),
+        Some(Verb::Report(a)) => verbs::report::run(&a),
+        Some(Verb::Merge(a)) => verbs::merge::run(&a),
+        Some(Verb::Export(a)) => verbs::export::run(&a),
+        Some(Verb::Catalogue) => verbs::catalogue::run(),
+        Some(Verb::Live(a)) => verbs::live::run(&a),
         Some(Verb::RunGroup) => verbs::measure::serve(),
     };
     match result {

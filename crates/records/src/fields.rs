@@ -24,6 +24,19 @@ impl Object {
         self.0.push((key.into(), value.into()));
     }
 
+    pub(crate) fn texts<const N: usize>(&mut self, pairs: [(&str, &String); N]) {
+        for (key, text) in pairs {
+            self.put(key, text.as_str());
+        }
+    }
+
+    /// Leaves the key out where there is no value.
+    pub(crate) fn maybe(&mut self, key: &str, value: Option<f64>) {
+        if let Some(value) = value {
+            self.put(key, value);
+        }
+    }
+
     /// One line without its line feed.
     pub(crate) fn to_line(&self) -> String {
         let mut bytes = Vec::with_capacity(1024);
@@ -93,6 +106,19 @@ impl Fields {
         match self.0.remove(key) {
             None | Some(Value::Null) => Ok(None),
             Some(value) => value.as_f64().map(Some).ok_or_else(|| type_error(key, "a number")),
+        }
+    }
+
+    /// Numbers; a null among them reads as NaN.
+    pub(crate) fn list(&mut self, key: &str) -> Result<Vec<f64>, RecordError> {
+        let wrong = || type_error(key, "a list of numbers");
+        match self.0.remove(key) {
+            None | Some(Value::Null) => Ok(Vec::new()),
+            Some(Value::Array(items)) => items
+                .iter()
+                .map(|v| if v.is_null() { Some(f64::NAN) } else { v.as_f64() }.ok_or_else(wrong))
+                .collect(),
+            Some(_) => Err(wrong()),
         }
     }
 

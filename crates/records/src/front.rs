@@ -133,7 +133,7 @@ pub fn constrained(rows: &[&Row], metric: &str, clock: &str, constraints: &[Cons
     Fronts { fronts, superseded: rows.len() - chosen.len() }
 }
 
-fn key(row: &Row) -> Key {
+pub(crate) fn key(row: &Row) -> Key {
     Key {
         problem: row.problem.clone(),
         case: row.case.clone(),

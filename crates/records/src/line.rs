@@ -1,8 +1,11 @@
 //! The three kinds of line.
 
+use crate::claim::ClaimLine;
 use crate::error::RecordError;
 use crate::fields::{Fields, Object};
+use crate::gate::GateLine;
 use crate::row::Row;
+use crate::stress::StressLine;
 
 /// One parsed line of a record file.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +16,12 @@ pub enum Line {
     Row(Box<Row>),
     /// `"kind": "end"`: the last line of a complete run.
     End(RunEnd),
+    /// `"kind": "gate"`.
+    Gate(Box<GateLine>),
+    /// `"kind": "claim"`.
+    Claim(Box<ClaimLine>),
+    /// `"kind": "stress"`.
+    Stress(Box<StressLine>),
 }
 
 /// What was run, where and how.
@@ -140,7 +149,22 @@ impl Line {
                 time: f.text("time")?,
                 rows: f.count("rows")?,
             })),
+            "gate" => Ok(Self::Gate(Box::new(GateLine::from_fields(&mut f)?))),
+            "claim" => Ok(Self::Claim(Box::new(ClaimLine::from_fields(&mut f)?))),
+            "stress" => Ok(Self::Stress(Box::new(StressLine::from_fields(&mut f)?))),
             _ => Err(RecordError::Kind(kind)),
+        }
+    }
+
+    /// One JSON line, without its line feed.
+    pub fn to_line(&self) -> String {
+        match self {
+            Self::Header(line) => line.to_line(),
+            Self::Row(line) => line.to_line(),
+            Self::End(line) => line.to_line(),
+            Self::Gate(line) => line.to_line(),
+            Self::Claim(line) => line.to_line(),
+            Self::Stress(line) => line.to_line(),
         }
     }
 }

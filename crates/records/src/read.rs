@@ -4,9 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::claim::ClaimLine;
 use crate::error::RecordError;
+use crate::gate::GateLine;
 use crate::line::{Line, RunHeader};
 use crate::row::Row;
+use crate::stress::StressLine;
 
 /// Every line of ours begins so. The text cannot occur inside a JSON string (its quotes would be
 /// escaped), so it marks a line's start even where a line feed was lost.
@@ -19,6 +22,13 @@ pub struct Read {
     pub headers: Vec<RunHeader>,
     /// One for each (run, group, row), the last wins; in the order of the lines that won.
     pub rows: Vec<Row>,
+    /// Gates, one for each (run, problem, technique, gate), the last wins.
+    pub gates: Vec<GateLine>,
+    /// Claims, one for each (run, problem, id), the last wins.
+    pub claims: Vec<ClaimLine>,
+    /// Stress points, one for each (run, problem, case, technique, variant, form, axis, value),
+    /// the last wins.
+    pub stress: Vec<StressLine>,
     /// Runs that are complete.
     pub ended: BTreeSet<String>,
     /// Lines that were left out.
@@ -121,6 +131,9 @@ impl Read {
         match line {
             Line::Header(header) => self.headers.push(*header),
             Line::Row(row) => self.rows.push(*row),
+            Line::Gate(gate) => self.gates.push(*gate),
+            Line::Claim(claim) => self.claims.push(*claim),
+            Line::Stress(point) => self.stress.push(*point),
             Line::End(end) => {
                 self.ended.insert(end.run);
             }
@@ -131,6 +144,16 @@ impl Read {
         self.headers = last_wins(std::mem::take(&mut self.headers), |h| h.run.clone());
         self.rows = last_wins(std::mem::take(&mut self.rows), |r| {
             (r.run.clone(), r.group.clone(), r.row.clone())
+        });
+        self.gates = last_wins(std::mem::take(&mut self.gates), |g| {
+            [&g.run, &g.problem, &g.technique, &g.gate].map(Clone::clone)
+        });
+        self.claims = last_wins(std::mem::take(&mut self.claims), |c| {
+            [&c.run, &c.problem, &c.id].map(Clone::clone)
+        });
+        self.stress = last_wins(std::mem::take(&mut self.stress), |s| {
+            let names = [&s.run, &s.problem, &s.case, &s.technique, &s.variant, &s.form, &s.axis];
+            (names.map(Clone::clone), s.value.to_bits())
         });
     }
 }

@@ -257,6 +257,9 @@ impl Row {
             Line::Row(row) => Ok(*row),
             Line::Header(_) => Err(RecordError::Kind("run".to_owned())),
             Line::End(_) => Err(RecordError::Kind("end".to_owned())),
+            Line::Gate(_) => Err(RecordError::Kind("gate".to_owned())),
+            Line::Claim(_) => Err(RecordError::Kind("claim".to_owned())),
+            Line::Stress(_) => Err(RecordError::Kind("stress".to_owned())),
         }
     }
 

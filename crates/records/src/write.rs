@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::error::RecordError;
-use crate::line::{RunEnd, RunHeader};
+use crate::line::{Line, RunEnd, RunHeader};
 use crate::read::read_file;
 use crate::row::Row;
 use crate::validate::validate;
@@ -91,6 +91,19 @@ impl Writer {
         self.line(row.to_line())?;
         self.rows.insert(row.row.clone());
         Ok(())
+    }
+
+    /// Appends a gate, a claim or a stress point.
+    ///
+    /// # Errors
+    /// [`RecordError::Kind`] for a line that is none of these; [`RecordError::Io`].
+    pub fn append_line(&mut self, line: &Line) -> Result<(), RecordError> {
+        match line {
+            Line::Gate(_) | Line::Claim(_) | Line::Stress(_) => self.line(line.to_line()),
+            Line::Row(_) => Err(RecordError::Kind("row".to_owned())),
+            Line::Header(_) => Err(RecordError::Kind("run".to_owned())),
+            Line::End(_) => Err(RecordError::Kind("end".to_owned())),
+        }
     }
 
     /// Marks the run as complete; an interrupted run is left without this line, to be resumed.

@@ -3,6 +3,7 @@
 //! A [`problem::Problem`] says what is to be computed and by which techniques; the rest of the
 //! crate measures, checks and judges whatever problems declare, and knows none of them by name.
 
+pub mod advise;
 pub mod case;
 pub mod claims;
 pub mod environment;
@@ -12,6 +13,7 @@ pub mod plan;
 pub mod problem;
 pub mod problems;
 pub mod run;
+pub mod stress;
 pub mod sweep;
 pub mod truth_cache;
 pub mod verify;

@@ -1,6 +1,8 @@
 //! What a problem and its techniques declare, and what the runner asks of them.
 
-use crate::{SuiteError, case::Case, claims::Claim, knob::Knob, knob::Knobs, verify::Gate};
+use crate::{
+    SuiteError, case::Case, claims::Claim, knob::Knob, knob::Knobs, stress::Axis, verify::Gate,
+};
 use dapple_gpu::Gpu;
 use serde::{Deserialize, Serialize};
 use std::{collections::BTreeMap, fmt};
@@ -90,6 +92,10 @@ pub struct Spec {
     pub axis: &'static str,
     /// What a result must meet to enter a front.
     pub constraints: &'static [Constraint],
+    /// Three errors of the axis metric, tight to loose, at which overviews name the best technique.
+    pub levels: [f64; 3],
+    /// Whether results can be shown as pictures.
+    pub pictures: bool,
     /// Parameters of a case: what the truth depends on.
     pub parameters: &'static [Knob],
     /// Scene of the default case (a generator's name).
@@ -205,6 +211,9 @@ pub trait Problem: Sync {
 
     /// What `claims` judges.
     fn claims(&self) -> Vec<Claim>;
+
+    /// The extremes that `stress` pushes its techniques to.
+    fn stress(&self) -> Vec<Axis>;
 }
 
 /// A case with its input and truth.

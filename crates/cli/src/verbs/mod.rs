@@ -1,13 +1,22 @@
 //! One module a verb.
 
+pub mod advise;
+pub mod catalogue;
 pub mod claims;
+pub mod compare;
+pub mod dashboard;
 pub mod doctor;
+pub mod export;
 pub mod front;
 pub mod list;
+pub mod live;
 pub mod measure;
+pub mod merge;
 pub mod render;
+pub mod report;
 pub mod scene;
 pub mod status;
+pub mod stress;
 pub mod verify;
 
 use crate::output::note;

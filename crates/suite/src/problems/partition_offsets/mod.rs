@@ -5,6 +5,7 @@ mod claims;
 mod gates;
 mod spec;
 mod speed;
+mod stress;
 mod subject;
 
 use crate::{
@@ -12,6 +13,7 @@ use crate::{
     case::Case,
     claims::Claim,
     problem::{Prepared, Problem, Spec},
+    stress::Axis,
     verify::Gate,
 };
 use dapple_gpu::Gpu;
@@ -38,5 +40,9 @@ impl Problem for PartitionOffsets {
 
     fn claims(&self) -> Vec<Claim> {
         claims::claims().into_iter().chain(speed::claims()).collect()
+    }
+
+    fn stress(&self) -> Vec<Axis> {
+        stress::axes()
     }
 }

@@ -36,6 +36,8 @@ pub const SPEC: Spec = Spec {
     ],
     axis: "bytes_per_leaf",
     constraints: &[Constraint { metric: "wrong_frames", limit: 0.0 }],
+    levels: [32.0, 48.0, 96.0],
+    pictures: false,
     parameters: &[
         Knob::int("leaves", [0, 131_042, 10_000_000], "leaves of a generated crown").log(),
         Knob::int("cells", [1, 512, 100_000], "cells that the leaves are sorted into").log(),

@@ -13,6 +13,7 @@ mod port;
 pub mod scene;
 mod settings;
 mod spec;
+mod stress;
 mod subject_cpu;
 mod subject_gpu;
 mod subject_reference;
@@ -29,6 +30,7 @@ use crate::{
     case::Case,
     claims::Claim,
     problem::{Prepared, Problem, Spec},
+    stress::Axis,
     verify::Gate,
 };
 use dapple_gpu::Gpu;
@@ -56,5 +58,9 @@ impl Problem for ShadowFiltering {
 
     fn claims(&self) -> Vec<Claim> {
         claims::claims()
+    }
+
+    fn stress(&self) -> Vec<Axis> {
+        stress::axes()
     }
 }

@@ -15,6 +15,8 @@ pub static SPEC: Spec = Spec {
     metrics: METRICS,
     axis: "rmse",
     constraints: &[],
+    levels: [0.02, 0.05, 0.1],
+    pictures: true,
     parameters: PARAMETERS,
     default_scene: "spheres",
     techniques: TECHNIQUES,

@@ -1,0 +1,18 @@
+//! `dapple` without a verb: the dashboard on a terminal, the state of the records elsewhere.
+
+use crate::{Outcome, verbs::status};
+use anyhow::Result;
+use std::io::IsTerminal;
+
+/// Opens the dashboard, or prints the state.
+pub fn run() -> Result<Outcome> {
+    if !(std::io::stdout().is_terminal() && std::io::stdin().is_terminal()) {
+        return status::run();
+    }
+    dapple_tui::run(&dapple_tui::Options {
+        records: "records".into(),
+        program: std::env::current_exe()?,
+        colour: std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
+    })?;
+    Ok(Outcome::Ok)
+}

@@ -1,0 +1,1 @@
+//! Two runs, row by row: what got faster, slower, better or worse beyond noise.

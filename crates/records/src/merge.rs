@@ -1,0 +1,1 @@
+//! Records of several machines or shards as one file.

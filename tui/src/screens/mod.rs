@@ -1,0 +1,111 @@
+//! One module a screen: its state, `update` (what a key or message changes) and `view` (pure).
+
+pub mod claims;
+pub mod compare;
+pub mod front;
+pub mod live;
+pub mod overview;
+pub mod runs;
+pub mod stress;
+pub mod technique;
+
+use crate::{jobs::Jobs, store::Store, theme::Theme};
+use dapple_records::catalogue::{Catalogue, ProblemInfo};
+use std::sync::Arc;
+
+/// Which screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Screen {
+    /// One row a problem.
+    #[default]
+    Overview,
+    /// Error against time.
+    Front,
+    /// One technique: pictures, knobs, curves.
+    Technique,
+    /// A knob turned, an image following.
+    Live,
+    /// Techniques against extremes.
+    Stress,
+    /// Claims with verdicts.
+    Claims,
+    /// Two runs.
+    Compare,
+    /// Jobs.
+    Runs,
+}
+
+impl Screen {
+    /// All, in the order of tabs.
+    pub const ALL: [Self; 8] = [
+        Self::Overview,
+        Self::Front,
+        Self::Technique,
+        Self::Live,
+        Self::Stress,
+        Self::Claims,
+        Self::Compare,
+        Self::Runs,
+    ];
+
+    /// The tab's text.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Overview => "Overview",
+            Self::Front => "Front",
+            Self::Technique => "Technique",
+            Self::Live => "Live",
+            Self::Stress => "Stress",
+            Self::Claims => "Claims",
+            Self::Compare => "Compare",
+            Self::Runs => "Runs",
+        }
+    }
+}
+
+/// What all screens share and none changes but through the app.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The records.
+    pub store: Arc<Store>,
+    /// What the program declares, once it has told.
+    pub catalogue: Option<Arc<Catalogue>>,
+    /// Why it has not, if so.
+    pub catalogue_trouble: Option<String>,
+    /// Jobs.
+    pub jobs: Jobs,
+    /// Styles.
+    pub theme: Theme,
+    /// Milliseconds since 1970.
+    pub now_ms: i64,
+    /// The problem that screens are about.
+    pub problem: String,
+    /// The technique that screens are about.
+    pub technique: String,
+    /// Number of the next request of any screen.
+    pub request: u64,
+}
+
+impl World {
+    /// The declaration of the current problem.
+    pub fn info(&self) -> Option<&ProblemInfo> {
+        self.catalogue.as_ref()?.problems.iter().find(|p| p.id == self.problem)
+    }
+
+    /// Ids of all problems: declared, else found in records.
+    pub fn problems(&self) -> Vec<String> {
+        if let Some(catalogue) = &self.catalogue {
+            return catalogue.problems.iter().map(|p| p.id.clone()).collect();
+        }
+        let mut ids: Vec<_> = self.store.index.keys.iter().map(|k| k.problem.clone()).collect();
+        ids.sort();
+        ids.dedup();
+        ids
+    }
+
+    /// A number no request had.
+    pub fn next_request(&mut self) -> u64 {
+        self.request += 1;
+        self.request
+    }
+}
