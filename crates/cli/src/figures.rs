@@ -8,6 +8,7 @@ use anyhow::Result;
 use dapple_records::{
     Row, Status,
     front::{self, Constraint, Front},
+    text::{bytes, duration},
 };
 use dapple_suite::{SuiteError, problem::Spec, problems};
 use std::{
@@ -268,37 +269,4 @@ fn print_missing(rows: &[&Row]) {
 /// A row in a few words.
 pub fn label(row: &Row) -> String {
     format!("{} {}/{} ({})", row.case, row.technique, row.variant, row.form)
-}
-
-/// A duration with a unit that leaves one to three digits before the point.
-pub fn duration(ns: f64) -> String {
-    match ns {
-        ns if ns < 1e3 => format!("{ns:.0} ns"),
-        ns if ns < 1e6 => format!("{:.1} µs", ns / 1e3),
-        ns if ns < 1e9 => format!("{:.2} ms", ns / 1e6),
-        ns => format!("{:.2} s", ns / 1e9),
-    }
-}
-
-fn bytes(bytes: u64) -> String {
-    match bytes as f64 {
-        b if b < 1024.0 => format!("{b} B"),
-        b if b < 1024.0 * 1024.0 => format!("{:.1} KiB", b / 1024.0),
-        b => format!("{:.1} MiB", b / (1024.0 * 1024.0)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_fit_the_size() {
-        assert_eq!(duration(12.0), "12 ns");
-        assert_eq!(duration(1_500.0), "1.5 µs");
-        assert_eq!(duration(2_500_000.0), "2.50 ms");
-        assert_eq!(duration(3e9), "3.00 s");
-        assert_eq!(bytes(1536), "1.5 KiB");
-        assert_eq!(bytes(3 << 20), "3.0 MiB");
-    }
 }

@@ -21,6 +21,7 @@ macro_rules! note {
     ($($text:tt)*) => { $crate::output::side_line(format_args!($($text)*)) };
 }
 
+pub use dapple_records::text::significant;
 pub(crate) use {note, put};
 
 /// See [`put!`].
@@ -128,20 +129,6 @@ fn plain(cell: &Value, short: bool) -> String {
     }
 }
 
-/// Four significant digits, without an exponent where that stays readable.
-pub fn significant(x: f64) -> String {
-    let magnitude = x.abs();
-    if x == 0.0 {
-        "0".into()
-    } else if !(1e-4..1e6).contains(&magnitude) {
-        format!("{x:.2e}")
-    } else {
-        // In range, the exponent lies in -4..=5.
-        let digits = (3 - magnitude.log10().floor() as i32).max(0) as usize;
-        format!("{x:.digits$}")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,20 +157,6 @@ mod tests {
         assert!(fits(&text), "{text}");
         for number in ["88.95 ms", "129.9 µs", "0.5893", "0.01543", "2.26e-8", "12.5 MiB"] {
             assert!(text.contains(number), "{number} in\n{text}");
-        }
-    }
-
-    #[test]
-    fn numbers_keep_four_digits() {
-        for (x, text) in [
-            (0.0, "0"),
-            (0.012345, "0.01235"),
-            (-2.34567, "-2.346"),
-            (123456.0, "123456"),
-            (1e-9, "1.00e-9"),
-            (2.5e7, "2.50e7"),
-        ] {
-            assert_eq!(significant(x), text);
         }
     }
 }

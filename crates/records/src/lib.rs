@@ -29,6 +29,7 @@ pub mod report;
 pub mod row;
 pub mod safe_set;
 pub mod stress;
+pub mod text;
 pub mod time;
 pub mod validate;
 pub mod write;
