@@ -66,6 +66,9 @@ pub struct Axis {
     pub values: Values,
     /// Where normal use lies: the criterion refers to the error here.
     pub home: f64,
+    /// Parameters of the case, NAME and VALUE as typed, where the caller gives none: many points
+    /// are probed, so each has to be cheaper than a measured case. Others keep their defaults.
+    pub parameters: &'static [(&'static str, &'static str)],
     /// Forms to be pushed.
     pub forms: &'static [Form],
     /// When a result counts as safe.
