@@ -1,6 +1,8 @@
 //! Knobs: what can be turned, declared once. The declaration feeds the sweep files' checks, the
 //! command line, tables and documentation.
 
+mod steps;
+
 use crate::SuiteError;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
@@ -57,6 +59,9 @@ pub struct Knob {
     pub logarithmic: bool,
     /// How accuracy answers.
     pub accuracy: Accuracy,
+    /// Ends of the part of the range that normal work steps through; `None`: all of it. What is
+    /// allowed reaches further, for extremes.
+    pub useful: Option<[f64; 2]>,
     /// One line.
     pub help: &'static str,
 }
@@ -69,7 +74,7 @@ impl Knob {
         help: &'static str,
     ) -> Self {
         let range = Range::Int { min, max, default };
-        Self { name, unit: "", range, logarithmic: false, accuracy: Accuracy::None, help }
+        Self::of(name, range, help)
     }
 
     /// A float knob.
@@ -79,7 +84,7 @@ impl Knob {
         help: &'static str,
     ) -> Self {
         let range = Range::Float { min, max, default };
-        Self { name, unit: "", range, logarithmic: false, accuracy: Accuracy::None, help }
+        Self::of(name, range, help)
     }
 
     /// A choice; the first word is the default.
@@ -89,7 +94,12 @@ impl Knob {
         help: &'static str,
     ) -> Self {
         let range = Range::Choice(words);
-        Self { name, unit: "", range, logarithmic: false, accuracy: Accuracy::None, help }
+        Self::of(name, range, help)
+    }
+
+    const fn of(name: &'static str, range: Range, help: &'static str) -> Self {
+        let (logarithmic, accuracy, useful) = (false, Accuracy::None, None);
+        Self { name, unit: "", range, logarithmic, accuracy, useful, help }
     }
 
     /// The same knob with a unit.
@@ -108,6 +118,13 @@ impl Knob {
     #[must_use]
     pub const fn accuracy(self, accuracy: Accuracy) -> Self {
         Self { accuracy, ..self }
+    }
+
+    /// The same knob, stepped from `least` to `greatest` only. Both lie in the range; the default
+    /// need not lie between them (a 0 that stands for a format's own value, say).
+    #[must_use]
+    pub const fn useful(self, least: f64, greatest: f64) -> Self {
+        Self { useful: Some([least, greatest]), ..self }
     }
 
     /// The default as a record's value.

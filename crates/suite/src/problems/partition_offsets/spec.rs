@@ -39,9 +39,14 @@ pub const SPEC: Spec = Spec {
     levels: [32.0, 48.0, 96.0],
     pictures: false,
     parameters: &[
-        Knob::int("leaves", [0, 131_042, 10_000_000], "leaves of a generated crown").log(),
-        Knob::int("cells", [1, 512, 100_000], "cells that the leaves are sorted into").log(),
-        Knob::int("frames", [1, 24, 1000], "frames of the path on which the factors change"),
+        Knob::int("leaves", [0, 131_042, 10_000_000], "leaves of a generated crown")
+            .log()
+            .useful(2048.0, 2e6),
+        Knob::int("cells", [1, 512, 100_000], "cells that the leaves are sorted into")
+            .log()
+            .useful(16.0, 32_768.0),
+        Knob::int("frames", [1, 24, 1000], "frames of the path on which the factors change")
+            .useful(1.0, 48.0),
     ],
     default_scene: CROWN,
     techniques: &[

@@ -42,13 +42,20 @@ const METRICS: &[Metric] = &[
 ];
 
 const PARAMETERS: &[Knob] = &[
-    Knob::int("width", [16, 320, 7680], "image columns; rows are 9/16 of it").unit("px"),
-    Knob::float("footprint", [1e-4, 0.015, 0.5], "side of the window over the map's side").log(),
-    Knob::int("truth_rays", [1, 8, 64], "truth: n x n stratified rays a receiver"),
+    Knob::int("width", [16, 320, 7680], "image columns; rows are 9/16 of it")
+        .unit("px")
+        .log()
+        .useful(160.0, 3840.0),
+    Knob::float("footprint", [1e-4, 0.015, 0.5], "side of the window over the map's side")
+        .log()
+        .useful(2e-3, 0.1),
+    Knob::int("truth_rays", [1, 8, 64], "truth: n x n stratified rays a receiver").log(),
 ];
 
-const RESOLUTION: Knob =
-    Knob::int("resolution", [16, 512, 8192], "side of the map").unit("texels").log();
+const RESOLUTION: Knob = Knob::int("resolution", [16, 512, 8192], "side of the map")
+    .unit("texels")
+    .log()
+    .useful(128.0, 4096.0);
 const FORMAT: Knob = Knob::choice("format", &["f32", "f16", "u16"], "storage of a channel");
 const FLOAT: Knob = Knob::choice("format", &["f32", "f16"], "storage of a channel");
 const KERNEL: Knob =
@@ -58,7 +65,9 @@ const LOOKUP: Knob =
 const HARD_LOOKUP: Knob =
     Knob::choice("lookup", &["nearest", "bilinear"], "how a receiver reads the map");
 const BIAS: Knob =
-    Knob::float("bias", [0.0, 1e-3, 0.1], "normalised depth taken from the receiver's").log();
+    Knob::float("bias", [0.0, 1e-3, 0.1], "normalised depth taken from the receiver's")
+        .log()
+        .useful(1e-4, 2e-2);
 const PLANE_BIAS: Knob = Knob::choice(
     "plane_bias",
     &["on", "off"],
@@ -69,7 +78,8 @@ const MIN_VARIANCE: Knob = Knob::float(
     [0.0, 0.0, 0.1],
     "least variance, squared normalised depth; 0: the default (1e-5 in f32, 1e-4 in 16 bits; evsm 1e-8, 1e-5)",
 )
-.log();
+.log()
+.useful(1e-7, 1e-2);
 const BLEED: Knob =
     Knob::float("bleed_reduction", [0.0, 0.2, 0.95], "visibility that linstep cuts off");
 const ESM_EXPONENT: Knob = Knob::float(
@@ -77,21 +87,26 @@ const ESM_EXPONENT: Knob = Knob::float(
     [0.0, 0.0, 500.0],
     "c; 0: the format's default (80; 11 for linear f16); refused where the format overflows",
 )
-.log();
+.log()
+.useful(10.0, 500.0);
 const EVSM_EXPONENT: Knob = Knob::float(
     "exponent",
     [0.0, 0.0, 44.0],
     "c; 0: the format's default (10 in f32, 5.54 in f16); refused where the format overflows",
 )
-.log();
+.log()
+.useful(2.0, 40.0);
 const LAYERS: Knob = Knob::int("layers", [1, 4, 8], "depth layers: 1, 2, 4 or 8").log();
-const TAPS: Knob = Knob::int("taps", [0, 0, 4095], "n x n texels read of the window; 0: every one");
+const TAPS: Knob = Knob::int("taps", [0, 0, 4095], "n x n texels read of the window; 0: every one")
+    .log()
+    .useful(2.0, 16.0);
 const MOMENT_BIAS: Knob = Knob::float(
     "moment_bias",
     [0.0, 0.0, 0.5],
     "pull towards safe moments; 0: the format's default (3e-6 f32, 6e-5 u16, 2e-3 f16)",
 )
-.log();
+.log()
+.useful(1e-7, 1e-2);
 
 const VARIANCE: &[Knob] = &[RESOLUTION, FORMAT, KERNEL, LOOKUP, BIAS, PLANE_BIAS, MIN_VARIANCE];
 const LAYERED: &[Knob] =
