@@ -14,6 +14,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Block, Clear, Paragraph, Widget, Wrap},
 };
+use ratatui_image::picker::Picker;
 use std::sync::Arc;
 
 /// The whole state.
@@ -65,6 +66,7 @@ impl App {
                 now_ms,
                 problem: String::new(),
                 technique: String::new(),
+                picker: Picker::halfblocks(),
                 request: 0,
             },
             screen: Screen::default(),

@@ -9,10 +9,14 @@ pub mod app;
 pub mod jobs;
 pub mod keys;
 pub mod msg;
+pub mod plot;
 pub mod runtime;
 pub mod screens;
 pub mod store;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod theme;
+pub mod widgets;
 
 use std::path::PathBuf;
 

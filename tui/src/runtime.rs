@@ -8,6 +8,7 @@ use crate::{
 };
 use dapple_records::FeedLine;
 use ratatui::crossterm::event::{self, Event};
+use ratatui_image::picker::{Picker, cap_parser::QueryStdioOptions};
 use std::{
     collections::BTreeMap,
     io::{BufRead, BufReader, Write},
@@ -23,6 +24,9 @@ use std::{
 /// Between two ticks; a tick also looks for new records every so often.
 const TICK: Duration = Duration::from_millis(250);
 
+/// How long a terminal may take to say what pictures it can show.
+const ANSWER: Duration = Duration::from_millis(500);
+
 /// Milliseconds since 1970.
 pub fn now_ms() -> i64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
@@ -37,8 +41,10 @@ pub fn run(options: &Options) -> Result<(), TuiError> {
     let (sender, receiver) = mpsc::channel();
     let mut terminal = ratatui::try_init()?;
     let mut hands = Hands { options: options.clone(), sender, children: BTreeMap::new() };
-    hands.listen();
     let mut app = App::new(options.colour, now_ms());
+    // Before the keyboard is read: the terminal's answer comes the same way.
+    app.world.picker = picker(options.colour);
+    hands.listen();
     let mut effects = app.start();
     let ended = loop {
         if effects.contains(&Effect::Quit) {
@@ -60,6 +66,17 @@ pub fn run(options: &Options) -> Result<(), TuiError> {
     hands.stop_all();
     ratatui::restore();
     ended
+}
+
+/// How this terminal shows pictures. It is asked, and given a moment to answer; terminals known
+/// not to answer, and ones that pictures are drawn in characters for, are not asked.
+fn picker(colour: bool) -> Picker {
+    let mute = std::env::var("TERM").is_ok_and(|term| term == "dumb" || term == "linux");
+    if !colour || mute {
+        return Picker::halfblocks();
+    }
+    let options = QueryStdioOptions { timeout: ANSWER, ..QueryStdioOptions::default() };
+    Picker::from_query_stdio_with_options(options).unwrap_or_else(|_| Picker::halfblocks())
 }
 
 struct Hands {

@@ -193,7 +193,8 @@ fn value(row: &Row, name: &str) -> Option<f64> {
     row.errors.get(name).copied().or_else(|| row.counters.get(name).map(|&count| count as f64))
 }
 
-fn mark(points: &mut [Point]) {
+/// Sorts points of one key by time, then error, and marks those on their front.
+pub fn mark(points: &mut [Point]) {
     points.sort_by(|a, b| {
         a.time_ns
             .total_cmp(&b.time_ns)

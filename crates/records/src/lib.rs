@@ -24,6 +24,7 @@ pub mod gate;
 pub mod index;
 pub mod line;
 pub mod merge;
+pub mod picture;
 pub mod read;
 pub mod report;
 pub mod row;

@@ -11,6 +11,7 @@ pub mod technique;
 
 use crate::{jobs::Jobs, store::Store, theme::Theme};
 use dapple_records::catalogue::{Catalogue, ProblemInfo};
+use ratatui_image::picker::Picker;
 use std::sync::Arc;
 
 /// Which screen.
@@ -82,6 +83,8 @@ pub struct World {
     pub problem: String,
     /// The technique that screens are about.
     pub technique: String,
+    /// How this terminal shows pictures.
+    pub picker: Picker,
     /// Number of the next request of any screen.
     pub request: u64,
 }

@@ -10,6 +10,7 @@ use crate::{
 };
 use anyhow::Result;
 use dapple_gpu::Gpu;
+use dapple_records::picture::signed_colour;
 use dapple_suite::{
     SuiteError,
     problem::{Form, Picture},
@@ -95,24 +96,4 @@ fn write(picture: &Picture, folder: &Path) -> Result<(), SuiteError> {
     save("result.png", grey(&picture.result).save(folder.join("result.png")))?;
     save("truth.png", grey(&picture.truth).save(folder.join("truth.png")))?;
     save("error.png", error.save(folder.join("error.png")))
-}
-
-/// White where right, orange where too light, blue where too dark: a pair that stays apart for
-/// the colour-blind.
-fn signed_colour(error: f32) -> [u8; 3] {
-    let strength = error.abs().min(1.0).sqrt();
-    let full = if error > 0.0 { [230.0, 97.0, 1.0] } else { [38.0, 87.0, 184.0_f32] };
-    full.map(|channel| (255.0 + (channel - 255.0) * strength).round() as u8)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::signed_colour;
-
-    #[test]
-    fn no_error_is_white_and_signs_differ() {
-        assert_eq!(signed_colour(0.0), [255; 3]);
-        assert_eq!(signed_colour(1.0), [230, 97, 1]);
-        assert_eq!(signed_colour(-1.0), [38, 87, 184]);
-    }
 }
