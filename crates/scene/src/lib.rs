@@ -10,6 +10,7 @@ mod hash;
 pub mod import;
 pub mod inspect;
 mod light_view;
+pub mod orbit;
 mod types;
 mod validate;
 mod write;
@@ -17,6 +18,7 @@ mod write;
 pub use defaults::{GROUND, add_ground};
 pub use error::SceneError;
 pub use light_view::{LightView, LightViewError};
+pub use orbit::{Orbit, OrbitError};
 pub use types::{
     Aabb, AlphaTest, Camera, CameraPath, Instance, Light, Material, Mesh, Projection, Scene,
     Texture,

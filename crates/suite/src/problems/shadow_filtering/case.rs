@@ -2,6 +2,7 @@
 
 use super::{
     errors::Compared,
+    given::{Given, NOT_VALID, receiver},
     light_mesh, scene,
     settings::{self, kernel_texels},
     subject_cpu::CpuSubject,
@@ -21,16 +22,12 @@ use dapple_shadows::filtering::{
     DepthMap, Receiver,
     gpu_depth::{DepthRaster, LightSpaceMesh},
 };
-use dapple_trace::{Surface, Tracer};
+use dapple_trace::Tracer;
 use std::{
     cell::{OnceCell, RefCell},
     collections::BTreeMap,
     rc::Rc,
 };
-
-/// Receivers that the light grazes at this cosine or less take no part: their footprint on the
-/// surface grows without bound, and shading by n·l hides them.
-pub const LEAST_N_DOT_L: f64 = 0.05;
 
 /// Changes with whatever changes the truth's values.
 const TRUTH_VERSION: u32 = 3;
@@ -47,6 +44,8 @@ pub struct ShadowCase<'g> {
     facts: Facts,
     scene: Scene,
     tracer: Tracer,
+    /// What the maps see, where it is not the scene.
+    casters: Option<(Scene, Tracer)>,
     view: LightView,
     width: u32,
     height: u32,
@@ -78,12 +77,26 @@ impl<'g> ShadowCase<'g> {
         case: &Case,
         gpu: Option<&'g Gpu>,
     ) -> Result<Self, SuiteError> {
+        Self::given(loaded, Given::default(), case, gpu)
+    }
+
+    /// The same where techniques are given something else than the truth is traced in.
+    ///
+    /// # Errors
+    /// As [`ShadowCase::prepare`].
+    pub fn given(
+        loaded: scene::Loaded,
+        given: Given,
+        case: &Case,
+        gpu: Option<&'g Gpu>,
+    ) -> Result<Self, SuiteError> {
         let scene::Loaded { scene, hash, mut notes } = loaded;
+        let least = given.least_n_dot_l;
         let width = case.parameters.int("width")? as u32;
         let height = (width * 9 / 16).max(1);
         let footprint = case.parameters.float("footprint")?;
         let rays = case.parameters.int("truth_rays")? as u32;
-        let camera = scene::camera(&scene, &case.view)?.clone();
+        let camera = scene::camera(&scene, &case.view)?;
         let tracer = Tracer::build(&scene)?;
         let (view, note) = scene::light_view(&scene, &tracer.bounds())?;
         notes.extend(note);
@@ -91,16 +104,13 @@ impl<'g> ShadowCase<'g> {
         let items = dapple_trace::item_buffer(&tracer, &camera, width, height);
         let mut surfaces = dapple_trace::surfaces(&tracer, &items);
         let seen = surfaces.iter().flatten().count();
+        let given_view = given.view(view);
         let mut receivers = Vec::with_capacity(surfaces.len());
         let mut picture_of_masked = Vec::with_capacity(surfaces.len());
         for surface in &mut surfaces {
             picture_of_masked.push(if surface.is_some() { 0.0 } else { 1.0 });
-            let receiver = surface.as_ref().and_then(|s| receiver(&view, s));
-            if receiver.is_none() {
-                *surface = None;
-            }
-            receivers
-                .push(receiver.unwrap_or(Receiver { valid: 0.0, ..Receiver::new(0.0, 0.0, 0.0) }));
+            *surface = surface.filter(|s| receiver(&view, s, least).is_some());
+            receivers.push(surface.map_or(NOT_VALID, |s| given.receiver(&given_view, &s)));
         }
         let mask: Vec<bool> = surfaces.iter().map(Option::is_some).collect();
         let counted = mask.iter().filter(|m| **m).count();
@@ -113,11 +123,11 @@ impl<'g> ShadowCase<'g> {
         let left_out = 100.0 * (seen - counted) as f64 / seen as f64;
         notes.push(format!(
             "{counted} receivers; {left_out:.1} % of the surface in view is left out: it faces away \
-             from the light, is grazed by it (n.l <= {LEAST_N_DOT_L}) or lies outside its map"
+             from the light, is grazed by it (n.l <= {least}) or lies outside its map"
         ));
         let key = format!(
             "shadow-filtering v{TRUTH_VERSION} {hash} {camera:?} {view:?} {width}x{height} \
-             footprint {footprint:?} rays {rays} seed {} least {LEAST_N_DOT_L} plane {:?} {:?}",
+             footprint {footprint:?} rays {rays} seed {} least {least} plane {:?} {:?}",
             case.seed,
             dapple_trace::PLANE_EPSILON,
             dapple_trace::SURFACE_REACH
@@ -131,6 +141,10 @@ impl<'g> ShadowCase<'g> {
                 shown.map(|((v, m), other)| if *m { *v as f32 } else { *other }).collect(),
             )
         })?;
+        let casters = match given.single_precision {
+            Some(scene) => Some(Tracer::build(&scene).map(|tracer| (scene, tracer))?),
+            None => None,
+        };
         let facts = Facts {
             scene: scene.name.clone(),
             scene_hash: hash,
@@ -148,7 +162,8 @@ impl<'g> ShadowCase<'g> {
             facts,
             scene,
             tracer,
-            view,
+            casters,
+            view: given_view,
             width,
             height,
             footprint,
@@ -207,7 +222,8 @@ impl<'g> ShadowCase<'g> {
     pub fn depth_map(&self, resolution: u32) -> Rc<DepthMap> {
         let mut maps = self.maps.borrow_mut();
         let make = || {
-            let depths = dapple_trace::depth_map(&self.tracer, &self.view, resolution, resolution);
+            let tracer = self.casters.as_ref().map_or(&self.tracer, |(_, tracer)| tracer);
+            let depths = dapple_trace::depth_map(tracer, &self.view, resolution, resolution);
             Rc::new(DepthMap { width: resolution, height: resolution, depths })
         };
         Rc::clone(maps.entry(resolution).or_insert_with(make))
@@ -218,7 +234,8 @@ impl<'g> ShadowCase<'g> {
         if let Some(raster) = self.rasters.borrow().get(&resolution) {
             return Ok(Rc::clone(raster));
         }
-        let mesh = self.mesh.get_or_init(|| light_mesh::light_space_mesh(&self.scene, &self.view));
+        let scene = self.casters.as_ref().map_or(&self.scene, |(scene, _)| scene);
+        let mesh = self.mesh.get_or_init(|| light_mesh::light_space_mesh(scene, &self.view));
         let made = DepthRaster::new(gpu, mesh, resolution, resolution).map_err(raster_error)?;
         let raster = Rc::new(made);
         self.rasters.borrow_mut().insert(resolution, Rc::clone(&raster));
@@ -244,13 +261,6 @@ impl<'g> ShadowCase<'g> {
         let chosen = rand::seq::index::sample(&mut rng, taking_part.len(), wanted);
         chosen.into_iter().map(|i| taking_part[i]).collect()
     }
-}
-
-/// The receiver at a surface, or none where it faces away, is grazed, or lies outside the map.
-fn receiver(view: &LightView, surface: &Surface) -> Option<Receiver> {
-    let p = dapple_trace::receiver(view, surface).filter(|p| p.n_dot_l > LEAST_N_DOT_L)?;
-    let flat = Receiver::new(p.u as f32, p.v as f32, p.z as f32);
-    Some(flat.with_slope(p.dz_du as f32, p.dz_dv as f32)).filter(Receiver::in_map)
 }
 
 impl Prepared for ShadowCase<'_> {

@@ -5,7 +5,9 @@ use crate::{
     SuiteError,
     case::{self, Source},
 };
-use dapple_scene::{Aabb, Camera, Light, LightView, Scene, add_ground, generate, import, inspect};
+use dapple_scene::{
+    Aabb, Camera, Light, LightView, Orbit, OrbitError, Scene, add_ground, generate, import, inspect,
+};
 
 /// A complete scene.
 #[derive(Clone, Debug)]
@@ -70,18 +72,30 @@ fn leave_out_alpha_tests(scene: &mut Scene) {
     }
 }
 
-/// The camera of that name, or the first.
+/// The camera of that name, the first for an empty one, or the first turned about the scene's
+/// middle for `orbit:AZIMUTH,ELEVATION,DISTANCE` (see [`Orbit`]).
 ///
 /// # Errors
-/// [`SuiteError::Unknown`] with the views there are.
-pub fn camera<'s>(scene: &'s Scene, view: &str) -> Result<&'s Camera, SuiteError> {
-    let found = match view {
-        "" => scene.cameras.first(),
-        name => scene.cameras.iter().find(|c| c.name == name),
-    };
-    found.ok_or_else(|| {
-        SuiteError::unknown("view", view, scene.cameras.iter().map(|c| c.name.as_str()))
-    })
+/// [`SuiteError::Unknown`] with the views there are; [`SuiteError::Usage`] for an orbit that is not
+/// of that form.
+pub fn camera(scene: &Scene, view: &str) -> Result<Camera, SuiteError> {
+    let unknown =
+        || SuiteError::unknown("view", view, scene.cameras.iter().map(|c| c.name.as_str()));
+    // A camera may well be called that; then it is meant.
+    if !view.is_empty()
+        && let Some(named) = scene.cameras.iter().find(|c| c.name == view)
+    {
+        return Ok(named.clone());
+    }
+    let first = || scene.cameras.first().ok_or_else(unknown);
+    if view.is_empty() {
+        return first().cloned();
+    }
+    if !Orbit::is_meant(view) {
+        return Err(unknown());
+    }
+    let orbit: Orbit = view.parse().map_err(|e: OrbitError| SuiteError::Usage(e.to_string()))?;
+    Ok(orbit.turn(first()?, scene.bounds().centre()))
 }
 
 /// The map of the first light that can have one, and a note where other lights are left out.
@@ -109,4 +123,31 @@ pub fn light_view(scene: &Scene, bounds: &Aabb) -> Result<(LightView, Option<Str
     let note =
         (others > 0).then(|| format!("light {index} casts the shadow; {others} more left out"));
     Ok((view?, note))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_are_found_by_name_first_or_by_orbit() {
+        let scene = load("spheres", 0).unwrap().scene;
+        let first = &scene.cameras[0];
+        assert_eq!(camera(&scene, "").unwrap().name, first.name);
+        assert_eq!(camera(&scene, &first.name).unwrap().position, first.position);
+        let same = camera(&scene, "orbit:0,0,1").unwrap();
+        assert_eq!((same.position, same.target, same.up), (first.position, first.target, first.up));
+        let turned = camera(&scene, "orbit:90,0,1").unwrap();
+        let centre = scene.bounds().centre();
+        assert!(turned.position.distance(first.position) > 0.1);
+        let radii = [turned.position, first.position].map(|p| p.distance(centre));
+        assert!((radii[0] - radii[1]).abs() < 1e-9 * radii[1]);
+        for (view, what) in
+            [("orbit:1,2", "orbit:AZIMUTH,ELEVATION,DISTANCE"), ("nowhere", "no view `nowhere`")]
+        {
+            let error = camera(&scene, view).unwrap_err();
+            assert!(error.to_string().contains(what), "{error}");
+            assert_eq!(error.exit_code(), 2);
+        }
+    }
 }
