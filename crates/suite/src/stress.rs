@@ -23,6 +23,24 @@ pub enum Values {
         /// Grid points a decade.
         per_decade: u32,
     },
+    /// 0, then as `Log`. Nothing is probed between 0 and the least.
+    FromZero {
+        /// Least above 0.
+        least: f64,
+        /// Greatest.
+        greatest: f64,
+        /// Grid points a decade.
+        per_decade: u32,
+    },
+    /// Whole numbers stepped in the logarithm; `least` may be 0, and then 1 comes next.
+    Whole {
+        /// Least.
+        least: u32,
+        /// Greatest.
+        greatest: u32,
+        /// Grid points a decade.
+        per_decade: u32,
+    },
     /// Even steps; both ends are probed, and so is the home value.
     Linear {
         /// Least.
