@@ -3,6 +3,7 @@
 mod args;
 mod figures;
 mod output;
+mod records;
 mod verbs;
 
 use args::{Args, Verb};

@@ -31,9 +31,14 @@ pub struct Read {
     pub stress: Vec<StressLine>,
     /// Runs that are complete.
     pub ended: BTreeSet<String>,
-    /// Lines that were left out.
+    /// Lines that were left out: the first [`MOST_SKIPPED`] of them.
     pub skipped: Vec<Skipped>,
+    /// How many lines were left out in all, by the kind of reason.
+    pub reasons: BTreeMap<&'static str, usize>,
 }
+
+/// Skipped lines that are kept one by one; of a file of noise the rest are only counted.
+pub const MOST_SKIPPED: usize = 1000;
 
 /// A line (or whole file) that was left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,7 +73,9 @@ pub fn read_dir(dir: &Path) -> Result<Read, RecordError> {
     for path in files(dir)? {
         match fs::read(&path) {
             Ok(bytes) => read.add(&path, &bytes),
-            Err(e) => read.skipped.push(Skipped { path, line: 0, reason: e.to_string() }),
+            Err(e) => {
+                read.skip("unreadable files", Skipped { path, line: 0, reason: e.to_string() })
+            }
         }
     }
     read.last_wins();
@@ -103,6 +110,24 @@ fn files(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
 }
 
 impl Read {
+    /// How many lines (or whole files) were left out.
+    pub fn skipped_count(&self) -> usize {
+        self.reasons.values().sum()
+    }
+
+    /// How many lines (or whole files) were left out by the kind of reason, worded to follow a
+    /// number, e.g. `of a later schema`.
+    pub fn skipped_by_reason(&self) -> &BTreeMap<&'static str, usize> {
+        &self.reasons
+    }
+
+    fn skip(&mut self, kind: &'static str, skipped: Skipped) {
+        *self.reasons.entry(kind).or_default() += 1;
+        if self.skipped.len() < MOST_SKIPPED {
+            self.skipped.push(skipped);
+        }
+    }
+
     fn add(&mut self, path: &Path, bytes: &[u8]) {
         for (index, line) in bytes.split(|&b| b == b'\n').enumerate() {
             if line.iter().all(u8::is_ascii_whitespace) {
@@ -120,7 +145,8 @@ impl Read {
                         count => format!("; kept {count} whole inside it"),
                     };
                     let (path, reason) = (path.to_path_buf(), format!("{error}{kept}"));
-                    self.skipped.push(Skipped { path, line: index + 1, reason });
+                    let kind = kind_of_reason(&error, whole.len());
+                    self.skip(kind, Skipped { path, line: index + 1, reason });
                     whole.into_iter().for_each(|line| self.keep(line));
                 }
             }
@@ -155,6 +181,19 @@ impl Read {
             let names = [&s.run, &s.problem, &s.case, &s.technique, &s.variant, &s.form, &s.axis];
             (names.map(Clone::clone), s.value.to_bits())
         });
+    }
+}
+
+/// Words that follow a number.
+fn kind_of_reason(error: &RecordError, whole: usize) -> &'static str {
+    match error {
+        _ if whole > 0 => "torn or mixed, with whole lines inside that were kept",
+        RecordError::LaterSchema { .. } => "of a later schema",
+        RecordError::Kind(_) => "of an unknown kind",
+        RecordError::Missing(key) if key == "kind" => "not ours",
+        RecordError::Missing(_) => "with a key missing",
+        RecordError::Type { .. } => "with a key of the wrong type",
+        _ => "not a JSON object",
     }
 }
 

@@ -1,14 +1,12 @@
 //! `dapple front`.
 
-use crate::{Outcome, args, figures, output::note};
+use crate::{Outcome, args, figures, records};
 use anyhow::Result;
-use dapple_records::Read;
 use dapple_suite::{SuiteError, problems};
-use std::path::Path;
 
 /// Prints fronts from records.
 pub fn run(args: &args::Front) -> Result<Outcome> {
-    let mut rows = read(&args.records)?.rows;
+    let mut rows = records::read(&args.records)?.rows;
     if let Some(id) = &args.problem {
         let id = problems::find(id)?.spec().id;
         rows.retain(|row| row.problem == id);
@@ -23,18 +21,4 @@ pub fn run(args: &args::Front) -> Result<Outcome> {
     let view = figures::View { metric: args.metric.as_deref(), all: args.all, format: args.format };
     figures::print_fronts(&rows, &view)?;
     Ok(Outcome::Ok)
-}
-
-/// Reads a file or a folder, and says what was skipped.
-fn read(path: &Path) -> Result<Read, SuiteError> {
-    let read = if path.is_dir() {
-        dapple_records::read_dir(path)?
-    } else {
-        dapple_records::read_file(path)?
-    };
-    if let Some(first) = read.skipped.first() {
-        let count = read.skipped.len();
-        note!("lines skipped: {count}; the first is line {}: {}", first.line, first.reason);
-    }
-    Ok(read)
 }

@@ -1,6 +1,6 @@
 //! `dapple` without a verb: the state of the records, and what to try next.
 
-use crate::{Outcome, output::put};
+use crate::{Outcome, output::put, records};
 use anyhow::Result;
 use dapple_records::Status;
 use std::path::Path;
@@ -9,7 +9,7 @@ use std::path::Path;
 pub fn run() -> Result<Outcome> {
     let folder = Path::new("records");
     if folder.is_dir() {
-        let read = dapple_records::read_dir(folder)?;
+        let read = records::read(folder)?;
         let count = |f: fn(&Status) -> bool| read.rows.iter().filter(|r| f(&r.status)).count();
         put!(
             "records/: {} runs, {} rows ({} failed, {} not run), {} lines skipped",
@@ -17,7 +17,7 @@ pub fn run() -> Result<Outcome> {
             read.rows.len(),
             count(|s| matches!(s, Status::Failed { .. })),
             count(|s| matches!(s, Status::NotRun { .. })),
-            read.skipped.len()
+            read.skipped_count()
         )?;
         for header in read.headers.iter().filter(|h| !read.ended.contains(&h.run)) {
             put!(

@@ -1,0 +1,58 @@
+//! Reading records for a verb: a file or a folder, and a word on what was skipped.
+
+use crate::output::note;
+use dapple_records::Read;
+use dapple_suite::SuiteError;
+use std::path::Path;
+
+/// Reads a file or a folder and says on standard error what was skipped, and why.
+pub fn read(path: &Path) -> Result<Read, SuiteError> {
+    let read = if path.is_dir() {
+        dapple_records::read_dir(path)?
+    } else {
+        dapple_records::read_file(path)?
+    };
+    if let Some(text) = skipped(&read) {
+        note!("{text}");
+    }
+    Ok(read)
+}
+
+/// What was skipped by reason, with the place of the first; none if nothing was.
+pub fn skipped(read: &Read) -> Option<String> {
+    let first = read.skipped.first()?;
+    let reasons: Vec<String> = read
+        .skipped_by_reason()
+        .iter()
+        .map(|(reason, count)| format!("{count} {reason}"))
+        .collect();
+    Some(format!(
+        "lines skipped: {} ({}); the first is line {} of {}: {}",
+        read.skipped_count(),
+        reasons.join(", "),
+        first.line,
+        first.path.display(),
+        first.reason
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_skipped_is_counted_by_reason_with_the_first_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jsonl");
+        let later = r#"{"kind":"row","schema":9}"#;
+        std::fs::write(&path, format!("noise\n{later}\nmore noise\n")).unwrap();
+        let said = skipped(&read(&path).unwrap()).unwrap();
+        assert!(
+            said.starts_with("lines skipped: 3 (1 of a later schema, 2 not a JSON object); "),
+            "{said}"
+        );
+        assert!(said.contains("line 1 of "), "{said}");
+        std::fs::write(&path, "").unwrap();
+        assert_eq!(skipped(&read(&path).unwrap()), None);
+    }
+}
