@@ -40,9 +40,9 @@ pub struct Entry {
     /// Milliseconds since 1970.
     pub time_ms: i64,
     /// Median time; NaN without samples.
-    pub median_ns: f32,
+    pub median_ns: f64,
     /// Its spread.
-    pub mad_ns: f32,
+    pub mad_ns: f64,
     /// 99th percentile of frames.
     pub p99_ns: f32,
     /// Memory of the technique's own data.
@@ -91,7 +91,7 @@ pub struct Index {
     /// Lines left out.
     pub skipped: Vec<Skipped>,
     error_names: Vec<Vec<String>>,
-    error_values: Vec<f32>,
+    error_values: Vec<f64>,
     rows: Vec<Row>,
 }
 
@@ -134,8 +134,8 @@ impl Index {
             },
             gpu_clock: row.clock == "gpu",
             time_ms: 0,
-            median_ns: row.median_ns().map_or(f32::NAN, |v| v as f32),
-            mad_ns: row.mad_ns().map_or(f32::NAN, |v| v as f32),
+            median_ns: row.median_ns().unwrap_or(f64::NAN),
+            mad_ns: row.mad_ns().unwrap_or(f64::NAN),
             p99_ns: row.p99_ns().map_or(f32::NAN, |v| v as f32),
             memory_bytes: row.memory_bytes,
             identity: u64::from_str_radix(&row.row, 16).unwrap_or_default(),
@@ -143,7 +143,7 @@ impl Index {
             names: position(&mut self.error_names, names),
             place: self.rows.len() as u32,
         };
-        self.error_values.extend(row.errors.values().map(|v| *v as f32));
+        self.error_values.extend(row.errors.values().copied());
         self.entries.push(entry);
         self.rows.push(row);
     }
@@ -162,7 +162,7 @@ impl Index {
     /// An error of a row by metric.
     pub fn error(&self, entry: &Entry, metric: &str) -> Option<f64> {
         let at = self.error_names[entry.names as usize].iter().position(|n| n == metric)?;
-        Some(f64::from(self.error_values[entry.errors as usize + at]))
+        Some(self.error_values[entry.errors as usize + at])
     }
 
     /// Metrics that a row has.
@@ -196,7 +196,7 @@ impl Index {
 
     /// Bytes on the heap, for the bound on them.
     pub fn heap_bytes(&self) -> usize {
-        self.entries.capacity() * size_of::<Entry>() + self.error_values.capacity() * 4
+        self.entries.capacity() * size_of::<Entry>() + self.error_values.capacity() * 8
     }
 }
 
