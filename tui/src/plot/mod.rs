@@ -1,3 +1,5 @@
 //! Drawings in cells: pictures, a scatter plot with axes, curves.
 
+pub mod axis;
 pub mod picture;
+pub mod scatter;

@@ -42,11 +42,12 @@ pub struct Picture {
     encoded: Arc<Mutex<Option<Encoded>>>,
 }
 
+/// Area in cells, cell in pixels, protocol.
+type Inputs = (Size, [u16; 2], ProtocolType);
+
 /// What an encoding depends on, and the encoding.
 struct Encoded {
-    size: Size,
-    font: FontSize,
-    how: ProtocolType,
+    inputs: Inputs,
     protocol: Protocol,
 }
 
@@ -119,17 +120,16 @@ impl Picture {
         if !theme.colour {
             return self.draw_characters(picker.font_size(), area, buf);
         }
-        let (size, font, how) = (area.as_size(), picker.font_size(), picker.protocol_type());
+        let (size, font) = (area.as_size(), picker.font_size());
+        let inputs = (size, [font.width, font.height], picker.protocol_type());
         let mut kept = self.encoded.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.as_ref().is_none_or(|e| (e.size, e.font, e.how) != (size, font, how)) {
+        if kept.as_ref().is_none_or(|e| e.inputs != inputs) {
             // Nearest: a pixel of an error map must not be blurred into its neighbours.
             let resize = Resize::Scale(Some(FilterType::Nearest));
-            *kept = picker.new_protocol(self.image(), size, resize).ok().map(|protocol| Encoded {
-                size,
-                font,
-                how,
-                protocol,
-            });
+            *kept = picker
+                .new_protocol(self.image(), size, resize)
+                .ok()
+                .map(|protocol| Encoded { inputs, protocol });
         }
         let Some(encoded) = kept.as_ref() else {
             drop(kept);
