@@ -52,6 +52,8 @@ pub fn load(name: &str, seed: u64) -> Result<Loaded, SuiteError> {
 /// # Errors
 /// A scene that does not validate.
 pub fn complete(mut scene: Scene, mut notes: Vec<String>) -> Result<Loaded, SuiteError> {
+    // First of all: views are framed by the vertices.
+    scene.validate()?;
     // The view is still: a path is added too, but says nothing here.
     notes.extend(scene.add_defaults().into_iter().filter(|n| !n.contains("camera path")));
     scene.validate()?;

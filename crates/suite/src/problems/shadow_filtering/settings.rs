@@ -7,15 +7,31 @@ use crate::{
 };
 use dapple_shadows::filtering::{
     EsmSpace, Estimator, EvsmComponents, Format, KernelShape, Lookup, Settings, Splits, VsmVariant,
+    settings::MAX_WIDTH_TEXELS,
 };
+
+/// Longest side of a map, texels: the common limit of graphics adapters.
+pub const MOST_SIDE: u32 = 16384;
 
 /// Side of the map that a setting asks for, texels.
 ///
 /// # Errors
-/// [`SuiteError::Internal`] where the knobs were not completed.
+/// [`SuiteError::Value`] for a side of 0 or past [`MOST_SIDE`]; [`SuiteError::Internal`] where the
+/// knobs were not completed.
 pub fn resolution(setting: &Setting) -> Result<u32, SuiteError> {
-    // The knob's range fits.
-    Ok(setting.knobs.int("resolution")? as u32)
+    whole(&setting.knobs, "resolution", 1, MOST_SIDE)
+}
+
+/// A knob that is a whole number in `least..=most`. Extremes are set past a knob's own range.
+fn whole(knobs: &Knobs, name: &str, least: u32, most: u32) -> Result<u32, SuiteError> {
+    let value = knobs.int(name)?;
+    let fits = u32::try_from(value).ok().filter(|v| (least..=most).contains(v));
+    fits.ok_or_else(|| SuiteError::Value {
+        what: "knob",
+        name: name.into(),
+        value: value.to_string(),
+        limit: format!("must be an integer in {least}..={most}"),
+    })
 }
 
 /// The odd number of texels nearest to `footprint * resolution`, at least 1; the larger of two
@@ -43,7 +59,7 @@ pub fn settings(setting: &Setting, footprint: f64) -> Result<Settings, SuiteErro
         s.bleed_reduction = knobs.float("bleed_reduction")? as f32;
     }
     if knobs.contains_key("layers") {
-        s.layers = knobs.int("layers")? as u32;
+        s.layers = whole(knobs, "layers", 0, u32::MAX)?;
     }
     // 0 stands for the format's own default, which is already there.
     let over = |name, field: &mut f32| -> Result<(), SuiteError> {
@@ -70,7 +86,7 @@ fn format(word: &str) -> Result<Format, SuiteError> {
 }
 
 fn taps(knobs: &Knobs) -> Result<u32, SuiteError> {
-    Ok(knobs.int("taps")? as u32)
+    whole(knobs, "taps", 0, MAX_WIDTH_TEXELS)
 }
 
 fn splits(variant: &str) -> Splits {

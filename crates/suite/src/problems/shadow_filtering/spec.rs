@@ -1,7 +1,7 @@
 //! What the problem declares: metrics, parameters, techniques, knobs.
 
 use crate::{
-    knob::Knob,
+    knob::{Accuracy, Knob},
     problem::{Form, Metric, Spec, Technique, Variant},
 };
 
@@ -55,7 +55,8 @@ const PARAMETERS: &[Knob] = &[
 const RESOLUTION: Knob = Knob::int("resolution", [16, 512, 8192], "side of the map")
     .unit("texels")
     .log()
-    .useful(128.0, 4096.0);
+    .useful(128.0, 4096.0)
+    .accuracy(Accuracy::Unimodal);
 const FORMAT: Knob = Knob::choice("format", &["f32", "f16", "u16"], "storage of a channel");
 const FLOAT: Knob = Knob::choice("format", &["f32", "f16"], "storage of a channel");
 const KERNEL: Knob =
@@ -67,7 +68,8 @@ const HARD_LOOKUP: Knob =
 const BIAS: Knob =
     Knob::float("bias", [0.0, 1e-3, 0.1], "normalised depth taken from the receiver's")
         .log()
-        .useful(1e-4, 2e-2);
+        .useful(1e-4, 2e-2)
+        .accuracy(Accuracy::Unimodal);
 const PLANE_BIAS: Knob = Knob::choice(
     "plane_bias",
     &["on", "off"],
@@ -79,7 +81,8 @@ const MIN_VARIANCE: Knob = Knob::float(
     "least variance, squared normalised depth; 0: the default (1e-5 in f32, 1e-4 in 16 bits; evsm 1e-8, 1e-5)",
 )
 .log()
-.useful(1e-7, 1e-2);
+.useful(1e-7, 1e-2)
+.accuracy(Accuracy::Unimodal);
 const BLEED: Knob =
     Knob::float("bleed_reduction", [0.0, 0.2, 0.95], "visibility that linstep cuts off");
 const ESM_EXPONENT: Knob = Knob::float(
@@ -88,25 +91,29 @@ const ESM_EXPONENT: Knob = Knob::float(
     "c; 0: the format's default (80; 11 for linear f16); refused where the format overflows",
 )
 .log()
-.useful(10.0, 500.0);
+.useful(10.0, 500.0)
+.accuracy(Accuracy::Unimodal);
 const EVSM_EXPONENT: Knob = Knob::float(
     "exponent",
     [0.0, 0.0, 44.0],
     "c; 0: the format's default (10 in f32, 5.54 in f16); refused where the format overflows",
 )
 .log()
-.useful(2.0, 40.0);
+.useful(2.0, 40.0)
+.accuracy(Accuracy::Unimodal);
 const LAYERS: Knob = Knob::int("layers", [1, 4, 8], "depth layers: 1, 2, 4 or 8").log();
 const TAPS: Knob = Knob::int("taps", [0, 0, 4095], "n x n texels read of the window; 0: every one")
     .log()
-    .useful(2.0, 16.0);
+    .useful(2.0, 16.0)
+    .accuracy(Accuracy::Monotone);
 const MOMENT_BIAS: Knob = Knob::float(
     "moment_bias",
     [0.0, 0.0, 0.5],
     "pull towards safe moments; 0: the format's default (3e-6 f32, 6e-5 u16, 2e-3 f16)",
 )
 .log()
-.useful(1e-7, 1e-2);
+.useful(1e-7, 1e-2)
+.accuracy(Accuracy::Unimodal);
 
 const VARIANCE: &[Knob] = &[RESOLUTION, FORMAT, KERNEL, LOOKUP, BIAS, PLANE_BIAS, MIN_VARIANCE];
 const LAYERED: &[Knob] =

@@ -1,6 +1,6 @@
 //! A filter on the processor: a frame filters a given depth map and shades every pixel.
 
-use super::{case::ShadowCase, port};
+use super::{case::ShadowCase, memory, port};
 use crate::{
     SuiteError,
     problem::{Checked, FrameTime, Picture, Subject},
@@ -21,12 +21,13 @@ impl<'a, 'g> CpuSubject<'a, 'g> {
     /// Allocates everything a frame needs; casts the map's rays if no other setting has.
     ///
     /// # Errors
-    /// Settings that the filter refuses.
+    /// Settings that the filter refuses, or that need more memory than there is.
     pub fn new(
         case: &'a ShadowCase<'g>,
         resolution: u32,
         settings: Settings,
     ) -> Result<Self, SuiteError> {
+        memory::check_host(resolution, &settings, memory::host_bytes(resolution, &settings))?;
         let map = case.depth_map(resolution);
         let filter = cpu::Filter::new(resolution, resolution, &settings)?;
         let result = vec![0.0; case.receivers().len()];
@@ -57,14 +58,12 @@ impl Subject for CpuSubject<'_, '_> {
 
     fn check(&mut self) -> Result<Checked, SuiteError> {
         self.frame(0)?;
-        let (texels, s) = (self.map.depths.len() as u64, &self.settings);
-        // The map, and two sets of f32 planes whatever the format; one plane where nothing is
-        // filtered. A receiver is 32 bytes and its visibility 4.
-        let planes = if s.prefiltered() { 2 * u64::from(s.channel_count()) } else { 1 };
+        let s = &self.settings;
         let mut checked = Checked {
             errors: self.case.errors(&self.result)?,
             counters: port::counters(self.case, s, &self.filter.counters()),
-            memory_bytes: 4 * texels * (1 + planes) + 36 * self.result.len() as u64,
+            // A receiver is 32 bytes and its visibility 4.
+            memory_bytes: memory::host_bytes(self.map.width, s) + 36 * self.result.len() as u64,
             ..Checked::default()
         };
         port::check_range(&self.result, &mut checked);

@@ -1,12 +1,12 @@
 //! A filter on a graphics adapter: a frame rasterises the depth map, filters it and shades every
 //! pixel, each pass timed.
 
-use super::{case::ShadowCase, port, tolerance};
+use super::{case::ShadowCase, memory, port, tolerance};
 use crate::{
     SuiteError,
     problem::{Checked, FrameTime, Picture, Subject},
 };
-use dapple_gpu::Gpu;
+use dapple_gpu::{AdapterKind, Gpu, GpuError};
 use dapple_shadows::filtering::{
     DepthMap, Settings,
     gpu::{DepthSource, Filter, GpuFilterError},
@@ -36,6 +36,14 @@ impl<'a, 'g> GpuSubject<'a, 'g> {
         resolution: u32,
         settings: Settings,
     ) -> Result<Self, SuiteError> {
+        // A software adapter's memory is the host's; the other's own is asked for piece by piece.
+        let device = match gpu.facts.kind {
+            AdapterKind::Software => memory::device_bytes(resolution, &settings),
+            AdapterKind::Hardware => 0,
+        };
+        // Rays' map and raster's, for the check.
+        let host = 8 * u64::from(resolution).pow(2);
+        memory::check_host(resolution, &settings, device + host)?;
         let raster = case.raster(gpu, resolution)?;
         let source = DepthSource::Buffer(raster.depths());
         let filter =
@@ -101,7 +109,8 @@ impl Subject for GpuSubject<'_, '_> {
         checked.errors = self.case.errors(&result)?;
         port::estimator_error(self.case, &self.settings, &map, &result, &subset, &mut checked)?;
         checked.counters = port::counters(self.case, &self.settings, &self.filter.counters());
-        checked.memory_bytes = self.memory_bytes();
+        checked.memory_bytes = memory::device_bytes(self.resolution, &self.settings)
+            + 36 * self.case.receivers().len() as u64;
         Ok(checked)
     }
 
@@ -112,23 +121,11 @@ impl Subject for GpuSubject<'_, '_> {
     }
 }
 
-impl GpuSubject<'_, '_> {
-    /// Depth target and depth buffer, two sets of channels in whole words, receivers and result.
-    fn memory_bytes(&self) -> u64 {
-        let s = &self.settings;
-        let layers = if s.splits().is_some() { s.layers } else { 1 };
-        let words = (s.bytes_per_texel() / layers).div_ceil(4) * layers;
-        let stored = if s.prefiltered() { 2 * 4 * u64::from(words) } else { 0 };
-        let texels = u64::from(self.resolution) * u64::from(self.resolution);
-        texels * (8 + stored) + 36 * self.case.receivers().len() as u64
-    }
-}
-
 /// The filter's refusal as the suite's.
 pub fn filter_error(error: GpuFilterError) -> SuiteError {
     match error {
         GpuFilterError::Filter(error) => error.into(),
-        GpuFilterError::Gpu(error) => error.into(),
+        GpuFilterError::Gpu(error) => device_error(error),
         GpuFilterError::DepthBuffer { .. } => SuiteError::Internal(error.to_string()),
     }
 }
@@ -136,7 +133,17 @@ pub fn filter_error(error: GpuFilterError) -> SuiteError {
 /// The rasteriser's refusal as the suite's.
 pub fn raster_error(error: DepthRasterError) -> SuiteError {
     match error {
-        DepthRasterError::Gpu(error) => error.into(),
+        DepthRasterError::Gpu(error) => device_error(error),
         other => SuiteError::Usage(other.to_string()),
+    }
+}
+
+/// What a device is too small for is the setting's fault, not the environment's.
+fn device_error(error: GpuError) -> SuiteError {
+    match error {
+        GpuError::TooLarge { .. } | GpuError::OutOfMemory { .. } => {
+            SuiteError::Usage(error.to_string())
+        }
+        other => other.into(),
     }
 }

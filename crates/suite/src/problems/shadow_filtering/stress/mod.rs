@@ -1,0 +1,82 @@
+//! The problem's extremes. Each axis says what is pushed, from where, and how much worse than there
+//! counts as broken.
+//!
+//! `world` pushes the scene, the light and the numbers they are kept in; `knobs` pushes settings
+//! and the window; `bad` is input that must be refused.
+
+mod bad;
+mod edit;
+mod knobs;
+#[cfg(test)]
+mod tests;
+mod world;
+
+use super::{ShadowCase, given::Given, scene};
+use crate::{
+    case::Case,
+    problem::{Form, Setting},
+    stress::{Axis, Criterion, Prepare},
+};
+use dapple_scene::Scene;
+use serde_json::Value;
+
+/// The extremes.
+pub fn axes() -> Vec<Axis> {
+    let mut axes = world::axes();
+    axes.extend(knobs::axes());
+    axes.extend(bad::axes());
+    axes
+}
+
+const FORMS: &[Form] = &[Form::Cpu, Form::Gpu];
+
+/// A quarter of the pixels and of the rays of a measured case: the noise that 16 rays leave is the
+/// same at every value of an axis, and adds to each error alike.
+const CHEAP: &[(&str, &str)] = &[("width", "160"), ("truth_rays", "4")];
+
+/// The same question: the answer must not change. What is allowed is what a few rays that pass
+/// an edge on the other side, or a few texels, make of it; well below the 0.02 that is the
+/// tightest level of the problem's fronts.
+const UNCHANGED: Criterion = Criterion { metric: "rmse", times: 1.0, plus: 0.005 };
+
+/// Another question, which may be harder: half as much error again, and for techniques that have
+/// hardly any the tightest level of the problem's fronts.
+const HARDER: Criterion = Criterion { metric: "rmse", times: 1.5, plus: 0.02 };
+
+/// Nothing is bad at any value.
+fn never(_: f64) -> bool {
+    false
+}
+
+fn as_it_is(setting: &Setting, _: f64) -> Option<Setting> {
+    Some(setting.clone())
+}
+
+/// The setting with another value of a knob, where the technique has it. The knob's own range is
+/// passed over: that is what extremes are.
+fn with(setting: &Setting, knob: &str, value: impl Into<Value>) -> Option<Setting> {
+    let mut changed = setting.clone();
+    *changed.knobs.get_mut(knob)? = value.into();
+    Some(changed)
+}
+
+/// The case as it is, whatever the value.
+fn unpushed() -> Prepare {
+    Box::new(|case, _, gpu| Ok(Box::new(ShadowCase::prepare(case, gpu)?)))
+}
+
+/// The case with its scene changed, and with what techniques are given besides it.
+fn pushed(push: fn(Scene, f64, &Case) -> (Scene, Given)) -> Prepare {
+    Box::new(move |case, value, gpu| {
+        let loaded = scene::load(&case.scene, case.seed)?;
+        let (scene, given) = push(loaded.scene, value, case);
+        let loaded = scene::complete(scene, loaded.notes)?;
+        Ok(Box::new(ShadowCase::given(loaded, given, case, gpu)?))
+    })
+}
+
+/// Position of a word on an axis of words.
+fn position(value: f64) -> usize {
+    // Negative and not a number become 0, which is home on every such axis.
+    value as usize
+}
