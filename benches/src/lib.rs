@@ -35,12 +35,12 @@ pub fn sweep(criterion: &mut Criterion, name: &str, toml: &str) {
         }
     };
     let mut writer = Writer::create(&records(), &header(&plan)).expect("a record file");
-    for (index, group) in plan.groups.iter().enumerate() {
+    for group in &plan.groups {
         let form = group.settings[0].form;
         if form == Form::Gpu && gpu.is_none() {
             continue;
         }
-        record(&mut writer, index, group);
+        record(&mut writer, group);
         let problem = problems::find(&group.case.problem).expect("a problem of the plan");
         let adapter = gpu.as_ref().filter(|_| form == Form::Gpu);
         let prepared = problem.prepare(&group.case, adapter).expect("a case that can be prepared");
@@ -71,6 +71,7 @@ fn header(plan: &Plan) -> RunHeader {
         machine: facts.machine.clone(),
         cpu: facts.cpu.clone(),
         threads: facts.threads,
+        memory_bytes: facts.memory_bytes,
         revision: facts.revision.clone(),
         dirty: facts.dirty,
         time: now(),
@@ -80,10 +81,9 @@ fn header(plan: &Plan) -> RunHeader {
 
 /// Runs the group as the runner would, which checks it, and keeps its rows.
 #[expect(clippy::panic, reason = "a bench must not time what is wrong")]
-fn record(writer: &mut Writer, index: usize, group: &Group) {
+fn record(writer: &mut Writer, group: &Group) {
     let job = Job {
         run: writer.run().into(),
-        index,
         group: group.clone(),
         todo: (0..group.settings.len()).collect(),
         banned: Vec::new(),

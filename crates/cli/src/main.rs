@@ -1,9 +1,13 @@
 //! `dapple`: what real-time rendering techniques cost, how wrong they are, where they break.
 
 mod args;
+mod feed;
 mod figures;
+mod journal;
 mod output;
+mod pictures;
 mod records;
+mod sources;
 mod verbs;
 
 use args::{Args, Verb};
@@ -47,20 +51,24 @@ fn main() -> ExitCode {
         Some(Verb::Live(a)) => verbs::live::run(&a),
         Some(Verb::RunGroup) => verbs::measure::serve(),
     };
+    if let Err(error) = &result {
+        note!("dapple: {}", chain(error));
+    }
+    ExitCode::from(exit_code(&result))
+}
+
+/// What a verb's end means to a shell.
+pub fn exit_code(result: &anyhow::Result<Outcome>) -> u8 {
     match result {
-        Ok(Outcome::Ok) => ExitCode::SUCCESS,
-        Ok(Outcome::CheckFailed) => ExitCode::from(1),
-        Ok(Outcome::Code(code)) => ExitCode::from(code),
-        Err(error) => {
-            note!("dapple: {}", chain(&error));
-            let code = error.downcast_ref::<SuiteError>().map_or(3, SuiteError::exit_code);
-            ExitCode::from(code)
-        }
+        Ok(Outcome::Ok) => 0,
+        Ok(Outcome::CheckFailed) => 1,
+        Ok(Outcome::Code(code)) => *code,
+        Err(error) => error.downcast_ref::<SuiteError>().map_or(3, SuiteError::exit_code),
     }
 }
 
 /// An error with its causes, less those that an outer text already ends in.
-fn chain(error: &anyhow::Error) -> String {
+pub fn chain(error: &anyhow::Error) -> String {
     let mut text = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {
         if !text.ends_with(&cause) {

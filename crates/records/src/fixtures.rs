@@ -63,7 +63,6 @@ pub(crate) fn header(run: &str) -> RunHeader {
         time: "2026-01-02T03:04:05.678Z".into(),
         machine: "machine".into(),
         threads: 2,
-        adapters: vec!["adapter".into()],
         ..RunHeader::default()
     }
 }

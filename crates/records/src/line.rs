@@ -56,8 +56,6 @@ pub struct RunHeader {
     pub threads: u32,
     /// Main memory.
     pub memory_bytes: u64,
-    /// Adapters in the order of preference, with drivers; for people.
-    pub adapters: Vec<String>,
 }
 
 impl RunHeader {
@@ -82,7 +80,6 @@ impl RunHeader {
         }
         out.put("threads", self.threads);
         out.put("memory_bytes", self.memory_bytes);
-        out.put("adapters", self.adapters.clone());
         out.to_line()
     }
 }
@@ -141,7 +138,6 @@ impl Line {
                 cpu: f.text("cpu")?,
                 threads: f.count32("threads")?,
                 memory_bytes: f.count("memory_bytes")?,
-                adapters: f.texts("adapters")?,
             }))),
             "row" => Ok(Self::Row(Box::new(Row::from_fields(&mut f)?))),
             "end" => Ok(Self::End(RunEnd {

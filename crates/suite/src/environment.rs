@@ -1,5 +1,6 @@
 //! What a record says about the machine and the program.
 
+use dapple_records::RunHeader;
 use std::{process::Command, sync::OnceLock};
 
 /// Environment variable that makes a missing graphics adapter an error instead of a note.
@@ -17,6 +18,8 @@ pub struct Environment {
     pub cpu: String,
     /// Threads the `cpu` forms use.
     pub threads: u32,
+    /// Main memory; 0 where the system does not say.
+    pub memory_bytes: u64,
     /// Host identity: a hash of the machine id where there is one, else of name and processor.
     pub machine: String,
     /// Git revision the program was built in, or `unknown`.
@@ -36,6 +39,7 @@ pub fn environment() -> &'static Environment {
         Environment {
             machine: machine(&cpu),
             cpu,
+            memory_bytes: memory_bytes(),
             threads: rayon::current_num_threads() as u32,
             revision,
             dirty,
@@ -44,11 +48,43 @@ pub fn environment() -> &'static Environment {
     })
 }
 
+/// The header of a new run that begins now.
+pub fn run_header(sweep: &str, sweep_hash: &str, command: &str) -> RunHeader {
+    let facts = environment();
+    RunHeader {
+        run: dapple_records::new_run_id(),
+        sweep: sweep.into(),
+        sweep_hash: sweep_hash.into(),
+        command: command.into(),
+        time: dapple_records::now(),
+        version: env!("CARGO_PKG_VERSION").into(),
+        revision: facts.revision.clone(),
+        dirty: facts.dirty,
+        machine: facts.machine.clone(),
+        os: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        cpu: facts.cpu.clone(),
+        threads: facts.threads,
+        memory_bytes: facts.memory_bytes,
+        ..RunHeader::default()
+    }
+}
+
 fn cpu_name() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     info.lines()
         .find_map(|line| line.strip_prefix("model name")?.split_once(':'))
         .map_or_else(|| std::env::consts::ARCH.to_string(), |(_, name)| name.trim().to_string())
+}
+
+fn memory_bytes() -> u64 {
+    total_memory(&std::fs::read_to_string("/proc/meminfo").unwrap_or_default())
+}
+
+/// `MemTotal:       16384 kB` of `/proc/meminfo`; its kB are 1024 bytes.
+fn total_memory(text: &str) -> u64 {
+    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"));
+    let kib = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+    kib.unwrap_or(0).saturating_mul(1024)
 }
 
 fn machine(cpu: &str) -> String {
@@ -79,5 +115,22 @@ fn revision() -> (String, bool) {
             (revision, changes.is_none_or(|text| !text.is_empty()))
         }
         None => ("unknown".into(), false),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_read_in_bytes_and_is_zero_where_it_is_not_told() {
+        let text = "MemFree:  17 kB\nMemTotal:       16384256 kB\nMemFree: 1 kB\n";
+        assert_eq!(total_memory(text), 16_384_256 * 1024);
+        for odd in ["", "MemTotal: many kB", "MemTotal: 3 MB", "MemTotal: -1 kB"] {
+            assert_eq!(total_memory(odd), 0, "{odd}");
+        }
+        if cfg!(target_os = "linux") {
+            assert!(memory_bytes() > 1 << 20);
+        }
     }
 }

@@ -151,8 +151,10 @@ impl Sweep {
         if groups.is_empty() {
             return Err(SuiteError::Usage(format!("sweep `{name}` measures nothing")));
         }
+        groups.iter_mut().enumerate().for_each(|(index, group)| group.index = index);
         let (repeats, limit_s) = (self.repeats, self.limit_s);
-        Ok(Plan { name: name.into(), repeats, limit_s, groups, notes })
+        let shard = String::new();
+        Ok(Plan { name: name.into(), repeats, limit_s, groups, notes, shard })
     }
 }
 
@@ -333,7 +335,8 @@ fn variants(technique: &Technique, asked: &[String]) -> Result<Vec<&'static str>
     }
 }
 
-/// Groups by form, in chunks that each begin with the baseline, so that ratios pair up.
+/// Groups by form, in chunks that each begin with the baseline, so that ratios pair up. Their
+/// position in the sweep is not yet known.
 fn grouped(spec: &Spec, case: &Case, settings: &[Setting]) -> Vec<Group> {
     let mut groups = Vec::new();
     for form in [Form::Reference, Form::Cpu, Form::Gpu] {
@@ -353,9 +356,11 @@ fn grouped(spec: &Spec, case: &Case, settings: &[Setting]) -> Vec<Group> {
             }
             // The baseline of a later chunk is measured again for its ratios, and recorded once.
             groups.push(Group {
+                index: 0,
                 case: case.clone(),
                 settings,
                 repeated_baseline: i > 0 && baseline.is_some(),
+                skipped: 0,
             });
         }
     }

@@ -3,22 +3,19 @@
 use crate::{
     Outcome,
     args::{self, CaseArgs},
-    die_of_closed_pipes, figures,
+    die_of_closed_pipes, feed, figures,
     output::note,
 };
 use anyhow::Result;
-use dapple_records::{RecordError, Status};
+use dapple_records::{Feed, Line, RecordError, Status};
 use dapple_suite::{
     SuiteError,
     case::{self, Source},
     knob::{self, Knob},
-    plan::Plan,
+    plan::{self, Plan},
     problem::{Form, Spec},
     problems,
-    run::{
-        self, Options, Progress,
-        protocol::{Fault, FaultKind},
-    },
+    run::{self, Finished, Options, Progress, protocol::Fault},
     sweep::{self, Measure, Pick, Sweep},
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -32,8 +29,16 @@ use std::{
     },
 };
 
-/// Measures a sweep or a problem and prints the fronts of the run.
+/// Measures a sweep or a problem and prints the fronts of the run, or tells a dashboard.
 pub fn run(args: &args::Measure) -> Result<Outcome> {
+    let result = measure(args);
+    if args.feed {
+        feed::tell_end(&result)?;
+    }
+    result
+}
+
+fn measure(args: &args::Measure) -> Result<Outcome> {
     let plan = plan(args)?;
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -43,31 +48,76 @@ pub fn run(args: &args::Measure) -> Result<Outcome> {
         records: args.records.clone(),
         adapter: args.adapter.clone(),
         command: command_line(),
+        shard: plan.shard.clone(),
         program: std::env::current_exe().map_err(SuiteError::io("finding this program"))?,
         arguments: vec!["run-group".into()],
         fresh: args.fresh,
-        fault: args.fault.as_deref().map(fault).transpose()?,
+        fault: args.fault.as_deref().map(Fault::parse).transpose()?,
     };
-    let bar = progress_bar(plan.rows());
-    // A measuring process that dies at its start, or a reader of our notes that goes away, must
-    // not take the sweep along.
-    die_of_closed_pipes(false);
-    let finished = run::run(&plan, &options, &stop, &mut |progress| show(&bar, &progress));
-    die_of_closed_pipes(true);
-    bar.finish_and_clear();
+    let finished =
+        if args.feed { told(&plan, &options, &stop) } else { shown(&plan, &options, &stop) };
     if let Err(SuiteError::Record(RecordError::InUse(_))) = &finished {
         note!("`--fresh` begins a run of its own beside it; each then slows the other");
     }
     let finished = finished?;
     let rows = dapple_records::read_file(&finished.path)?.rows;
-    let view = figures::View { metric: None, all: true, format: args.format };
-    figures::print_fronts(&rows, &view)?;
-    note!("records: {}", finished.path.display());
+    if !args.feed {
+        let view = figures::View { metric: None, all: true, format: args.format };
+        figures::print_fronts(&rows, &view)?;
+        note!("records: {}", finished.path.display());
+    }
     if let Some((_, code)) = finished.failed_groups.first() {
         return Ok(Outcome::Code(*code));
     }
     let failed = rows.iter().any(|row| matches!(row.status, Status::Failed { .. }));
     Ok(if failed { Outcome::CheckFailed } else { Outcome::Ok })
+}
+
+/// With a progress bar.
+fn shown(plan: &Plan, options: &Options, stop: &AtomicBool) -> Result<Finished, SuiteError> {
+    let bar = progress_bar(plan.rows());
+    // A measuring process that dies at its start, or a reader of our notes that goes away, must
+    // not take the sweep along.
+    die_of_closed_pipes(false);
+    let finished = run::run(plan, options, stop, &mut |progress| show(&bar, &progress));
+    die_of_closed_pipes(true);
+    bar.finish_and_clear();
+    finished
+}
+
+/// With JSON lines. A dashboard that goes away ends the run, which can be resumed.
+fn told(plan: &Plan, options: &Options, stop: &AtomicBool) -> Result<Finished, SuiteError> {
+    let (mut group, mut done) = (String::new(), 0);
+    die_of_closed_pipes(false);
+    let finished = run::run(plan, options, stop, &mut |progress| {
+        let told = match progress {
+            Progress::Started { path, total, resumed } => {
+                done = resumed;
+                let path = path.display().to_string();
+                feed::tell(&Feed::Started { path, total, resumed })
+            }
+            Progress::Group(title) => {
+                group = title.into();
+                let (setting, stage) = (String::new(), String::new());
+                feed::tell(&Feed::Stage { what: group.clone(), setting, stage })
+            }
+            Progress::Stage { setting, stage } => {
+                let (setting, stage) = (setting.into(), stage.into());
+                feed::tell(&Feed::Stage { what: group.clone(), setting, stage })
+            }
+            Progress::Note(text) => feed::tell(&Feed::Note { text: text.into() }),
+            Progress::Row(row) => {
+                done += 1;
+                feed::tell_line(&Line::Row(Box::new(row.clone())))
+                    .and_then(|()| feed::tell(&Feed::Progress { done }))
+            }
+        };
+        if told.is_err() {
+            stop.store(true, Ordering::Relaxed);
+        }
+    });
+    die_of_closed_pipes(true);
+    finished
 }
 
 /// The child's side.
@@ -78,7 +128,7 @@ pub fn serve() -> Result<Outcome> {
 }
 
 /// As a shell would take it again.
-fn command_line() -> String {
+pub fn command_line() -> String {
     let arguments = std::env::args_os().skip(1).map(|a| quoted(&a.to_string_lossy()));
     format!("dapple {}", arguments.collect::<Vec<_>>().join(" "))
 }
@@ -91,7 +141,8 @@ fn quoted(argument: &str) -> String {
     format!("'{}'", argument.replace('\'', r"'\''"))
 }
 
-fn plan(args: &args::Measure) -> Result<Plan, SuiteError> {
+/// What the arguments ask for, expanded.
+pub fn plan(args: &args::Measure) -> Result<Plan, SuiteError> {
     let (name, mut sweep) = match (&args.sweep, &args.problem) {
         (Some(name), _) => sweep::load(name)?,
         (None, Some(problem)) => (problem.clone(), ad_hoc(problem, args)?),
@@ -104,7 +155,14 @@ fn plan(args: &args::Measure) -> Result<Plan, SuiteError> {
     if let Some(repeats) = args.repeats {
         sweep.repeats = repeats;
     }
-    sweep.plan(&name)
+    let plan = sweep.plan(&name)?;
+    match &args.shard {
+        None => Ok(plan),
+        Some(text) => {
+            let (index, count) = plan::parse_shard(text)?;
+            plan.shard(index, count)
+        }
+    }
 }
 
 fn ad_hoc(problem: &str, args: &args::Measure) -> Result<Sweep, SuiteError> {
@@ -174,16 +232,6 @@ pub fn lists(
         }
     }
     Ok(lists)
-}
-
-fn fault(text: &str) -> Result<Fault, SuiteError> {
-    let kinds = [("crash", FaultKind::Crash), ("hang", FaultKind::Hang)];
-    text.split_once(':')
-        .and_then(|(kind, technique)| {
-            let kind = kinds.iter().find(|k| k.0 == kind)?.1;
-            Some(Fault { kind, technique: technique.into() })
-        })
-        .ok_or_else(|| SuiteError::Usage(format!("fault `{text}`: expected crash:TECHNIQUE")))
 }
 
 fn progress_bar(rows: usize) -> ProgressBar {
