@@ -1,5 +1,7 @@
 //! What can go wrong between a command line and a record.
 
+use dapple_foliage::partition::PartitionError;
+use dapple_gpu::GpuError;
 use std::path::PathBuf;
 
 /// Errors of the suite. [`SuiteError::exit_code`] sorts them for a shell.
@@ -63,10 +65,10 @@ pub enum SuiteError {
     Filter(#[from] dapple_shadows::filtering::FilterError),
     /// The partition refused its input.
     #[error(transparent)]
-    Partition(#[from] dapple_foliage::partition::PartitionError),
+    Partition(#[from] PartitionError),
     /// The graphics device.
     #[error(transparent)]
-    Gpu(#[from] dapple_gpu::GpuError),
+    Gpu(#[from] GpuError),
     /// Records could not be read or written.
     #[error(transparent)]
     Record(#[from] dapple_records::RecordError),
@@ -100,6 +102,14 @@ impl SuiteError {
             Self::Gpu(_) | Self::Record(_) | Self::Io { .. } | Self::Interrupted { .. } => 3,
             Self::Internal(_) => 3,
             _ => 2,
+        }
+    }
+
+    /// The graphics device's own error, where that is behind it.
+    pub fn device(&self) -> Option<&GpuError> {
+        match self {
+            Self::Gpu(error) | Self::Partition(PartitionError::Gpu(error)) => Some(error),
+            _ => None,
         }
     }
 

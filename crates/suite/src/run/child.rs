@@ -1,6 +1,6 @@
 //! One group in one process: check everything, then time A B C A B C ...
 
-use super::protocol::{Event, FaultKind, Job};
+use super::protocol::{Event, Job, adapter_choice};
 use crate::{
     SuiteError,
     environment::{environment, requires_gpu},
@@ -27,7 +27,8 @@ struct Timed<'a> {
 
 /// Runs a job and emits its events.
 pub fn run(job: &Job, emit: &mut dyn FnMut(Event)) {
-    let outcome = open(job).and_then(|gpu| match gpu {
+    let settings = &job.group.settings;
+    let outcome = open(settings, job.adapter.as_ref()).and_then(|gpu| match gpu {
         Adapter::Missing(reason) => {
             not_run(job, &reason, emit);
             Ok(())
@@ -47,20 +48,22 @@ pub fn run(job: &Job, emit: &mut dyn FnMut(Event)) {
     }
 }
 
-enum Adapter {
+/// The adapter that a job works on.
+pub(crate) enum Adapter {
     NotNeeded,
     Missing(String),
     Open(Box<Gpu>),
 }
 
-fn open(job: &Job) -> Result<Adapter, SuiteError> {
-    if !job.group.settings.iter().any(|s| s.form == Form::Gpu) {
+/// Opens the adapter where a setting needs one.
+pub(crate) fn open(settings: &[Setting], named: Option<&String>) -> Result<Adapter, SuiteError> {
+    if !settings.iter().any(|s| s.form == Form::Gpu) {
         return Ok(Adapter::NotNeeded);
     }
-    match Gpu::open(&job.adapter()) {
+    match Gpu::open(&adapter_choice(named)) {
         Ok(gpu) => Ok(Adapter::Open(Box::new(gpu))),
         Err(error @ (GpuError::NoAdapter { .. } | GpuError::Unsound { .. }))
-            if job.adapter.is_none() && !requires_gpu() =>
+            if named.is_none() && !requires_gpu() =>
         {
             Ok(Adapter::Missing(error.to_string()))
         }
@@ -69,7 +72,7 @@ fn open(job: &Job) -> Result<Adapter, SuiteError> {
 }
 
 fn measure(job: &Job, gpu: Option<&Gpu>, emit: &mut dyn FnMut(Event)) -> Result<(), SuiteError> {
-    emit(Event::Begin { setting: usize::MAX, stage: "prepare".into() });
+    emit(Event::Begin { setting: usize::MAX, stage: "prepare".into(), value: None });
     let prepared = problems::find(&job.group.case.problem)?.prepare(&job.group.case, gpu)?;
     let facts = prepared.facts();
     for note in &facts.notes {
@@ -81,8 +84,10 @@ fn measure(job: &Job, gpu: Option<&Gpu>, emit: &mut dyn FnMut(Event)) -> Result<
         if !wanted || job.banned.contains(&i) {
             continue;
         }
-        emit(Event::Begin { setting: i, stage: "check".into() });
-        commit_fault(job, setting);
+        emit(Event::Begin { setting: i, stage: "check".into(), value: None });
+        if let Some(fault) = &job.fault {
+            fault.commit(&setting.technique, None);
+        }
         let made = prepared.subject(setting).and_then(|mut subject| {
             let checked = subject.check()?;
             Ok((subject, checked))
@@ -120,7 +125,7 @@ fn measure(job: &Job, gpu: Option<&Gpu>, emit: &mut dyn FnMut(Event)) -> Result<
     }
     for _ in 0..job.repeats {
         for subject in &mut timed {
-            emit(Event::Begin { setting: subject.setting, stage: "time".into() });
+            emit(Event::Begin { setting: subject.setting, stage: "time".into(), value: None });
             subject.repeat()?;
         }
     }
@@ -135,18 +140,8 @@ fn measure(job: &Job, gpu: Option<&Gpu>, emit: &mut dyn FnMut(Event)) -> Result<
 }
 
 /// Whoever uses the device next fails as well, and is not to blame: the group ends here.
-fn is_device_gone(error: &SuiteError) -> bool {
-    matches!(error, SuiteError::Gpu(GpuError::DeviceLost(_) | GpuError::Timeout { .. }))
-}
-
-fn commit_fault(job: &Job, setting: &Setting) {
-    let Some(fault) = job.fault.as_ref().filter(|f| f.technique == setting.technique) else {
-        return;
-    };
-    match fault.kind {
-        FaultKind::Crash => std::process::abort(),
-        FaultKind::Hang => std::thread::sleep(std::time::Duration::from_secs(3600)),
-    }
+pub(crate) fn is_device_gone(error: &SuiteError) -> bool {
+    matches!(error.device(), Some(GpuError::DeviceLost(_) | GpuError::Timeout { .. }))
 }
 
 impl<'a> Timed<'a> {
@@ -236,27 +231,28 @@ fn fill_checked(row: &mut Row, checked: &Checked) {
 fn row(job: &Job, setting: usize, facts: &Facts, gpu: Option<&Gpu>) -> Row {
     let mut row = blank(&job.group, setting);
     row.run.clone_from(&job.run);
-    row.group = Job::key(job.index, setting);
+    row.group = job.group.key(setting);
     row.scene.clone_from(&facts.scene);
     row.scene_hash.clone_from(&facts.scene_hash);
     row.view.clone_from(&facts.view);
     row.size.clone_from(&facts.size);
     row.truth.clone_from(&facts.truth);
-    match gpu.filter(|_| job.group.settings[setting].form == Form::Gpu) {
-        Some(gpu) => {
-            row.adapter.clone_from(&gpu.facts.name);
-            row.driver = format!("{} {}", gpu.facts.driver, gpu.facts.driver_info);
-            row.device = match gpu.facts.kind {
-                AdapterKind::Hardware => "hardware".into(),
-                AdapterKind::Software => "software".into(),
-            };
-        }
-        None => {
-            row.adapter = "cpu".into();
-            row.device = "cpu".into();
-        }
+    let gpu = gpu.filter(|_| job.group.settings[setting].form == Form::Gpu);
+    if let Some(gpu) = gpu {
+        row.driver = format!("{} {}", gpu.facts.driver, gpu.facts.driver_info);
     }
+    (row.adapter, row.device) = device_names(gpu);
     row
+}
+
+/// What records call the adapter and its kind; without one, the processor did the work.
+pub(crate) fn device_names(gpu: Option<&Gpu>) -> (String, String) {
+    let Some(gpu) = gpu else { return ("cpu".into(), "cpu".into()) };
+    let device = match gpu.facts.kind {
+        AdapterKind::Hardware => "hardware",
+        AdapterKind::Software => "software",
+    };
+    (gpu.facts.name.clone(), device.into())
 }
 
 /// What is known of a row before its group was prepared.
@@ -294,7 +290,7 @@ fn not_run(job: &Job, reason: &str, emit: &mut dyn FnMut(Event)) {
     for i in job.todo.iter().copied() {
         let mut row = blank(&job.group, i);
         row.run.clone_from(&job.run);
-        row.group = Job::key(job.index, i);
+        row.group = job.group.key(i);
         row.adapter = "none".into();
         row.device = "none".into();
         row.status = Status::NotRun { reason: reason.into() };
@@ -398,7 +394,6 @@ mod tests {
         let plan = Sweep::parse(Path::new("t"), text).unwrap().plan("t").unwrap();
         Job {
             run: "r".into(),
-            index: 0,
             group: plan.groups[0].clone(),
             todo: vec![0],
             banned: Vec::new(),
