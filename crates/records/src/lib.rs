@@ -43,7 +43,7 @@ pub use front::front;
 pub use gate::GateLine;
 pub use index::Index;
 pub use line::{Line, RunEnd, RunHeader};
-pub use read::{Read, Skipped, read_dir, read_file, unfinished};
+pub use read::{Read, Skipped, read_dir, read_file, read_from, unfinished};
 pub use row::{Row, Status};
 pub use serde_json::Value;
 pub use stress::StressLine;

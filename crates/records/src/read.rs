@@ -1,19 +1,29 @@
 //! Reading record files that may be torn, mixed with foreign lines, or damaged.
 
+pub(crate) mod blocks;
+pub(crate) mod scan;
+
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
+use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::claim::ClaimLine;
 use crate::error::RecordError;
 use crate::gate::GateLine;
 use crate::line::{Line, RunHeader};
+use crate::read::blocks::Blocks;
+use crate::read::scan::{Found, scan};
 use crate::row::Row;
 use crate::stress::StressLine;
 
 /// Every line of ours begins so. The text cannot occur inside a JSON string (its quotes would be
 /// escaped), so it marks a line's start even where a line feed was lost.
-const START: &[u8] = br#"{"kind":""#;
+pub(crate) const START: &[u8] = br#"{"kind":""#;
+
+/// Bytes that a line may have. A longer one is not held in memory: it is skipped, less whole lines
+/// that stand inside it.
+pub const LONGEST_LINE: usize = 64 << 20;
 
 /// What was read, and what was not.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -51,36 +61,46 @@ pub struct Skipped {
     pub reason: String,
 }
 
-/// Reads one file. Bad lines are skipped and listed.
+/// Reads one file, line by line: memory holds what is kept, not the file. Bad lines are skipped
+/// and listed.
 ///
 /// # Errors
 /// [`RecordError::Io`] only.
 pub fn read_file(path: &Path) -> Result<Read, RecordError> {
+    let file = File::open(path).map_err(|e| RecordError::io("read", path, e))?;
+    read_from(path, file)
+}
+
+/// Reads the lines of a stream; `path` is its name in what was skipped.
+///
+/// # Errors
+/// [`RecordError::Io`] only.
+pub fn read_from(path: &Path, reader: impl io::Read) -> Result<Read, RecordError> {
     let mut read = Read::default();
-    let bytes = fs::read(path).map_err(|e| RecordError::io("read", path, e))?;
-    read.add(path, &bytes);
+    read.add(path, reader).map_err(|e| RecordError::io("read", path, e))?;
     read.last_wins();
     Ok(read)
 }
 
 /// Reads every `*.jsonl` file of a directory (not of folders in it), in the order of their names.
-/// A file that cannot be read is listed in `skipped`.
+/// A file that cannot be read (to its end) is listed in `skipped`.
 ///
 /// # Errors
 /// [`RecordError::Io`] if the directory cannot be listed.
 pub fn read_dir(dir: &Path) -> Result<Read, RecordError> {
     let mut read = Read::default();
     for path in files(dir)? {
-        match fs::read(&path) {
-            Ok(bytes) => read.add(&path, &bytes),
-            Err(e) => {
-                read.skip("unreadable files", Skipped { path, line: 0, reason: e.to_string() })
-            }
+        if let Err(error) = File::open(&path).and_then(|file| read.add(&path, file)) {
+            let skipped = Skipped { path, line: 0, reason: error.to_string() };
+            skip(&mut read.skipped, &mut read.reasons, UNREADABLE, skipped);
         }
     }
     read.last_wins();
     Ok(read)
 }
+
+/// The kind of reason for a whole file.
+pub(crate) const UNREADABLE: &str = "files that cannot be read";
 
 /// The newest file (by name) in `dir` whose run has this sweep hash and machine, if that run has
 /// no `end` line. None if it is complete, or there is none, or no such directory.
@@ -96,7 +116,7 @@ pub fn unfinished(dir: &Path, sweep_hash: &str, machine: &str) -> Option<PathBuf
     })?
 }
 
-fn files(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
+pub(crate) fn files(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
     let entries = fs::read_dir(dir).map_err(|e| RecordError::io("list", dir, e))?;
     let mut paths = Vec::new();
     for entry in entries {
@@ -121,36 +141,21 @@ impl Read {
         &self.reasons
     }
 
-    fn skip(&mut self, kind: &'static str, skipped: Skipped) {
-        *self.reasons.entry(kind).or_default() += 1;
-        if self.skipped.len() < MOST_SKIPPED {
-            self.skipped.push(skipped);
-        }
+    fn add(&mut self, path: &Path, reader: impl io::Read) -> io::Result<()> {
+        self.add_blocks(path, Blocks::new(reader, 0, 1))
     }
 
-    fn add(&mut self, path: &Path, bytes: &[u8]) {
-        for (index, line) in bytes.split(|&b| b == b'\n').enumerate() {
-            if line.iter().all(u8::is_ascii_whitespace) {
-                continue;
-            }
-            match Line::parse(line) {
-                Ok(line) => self.keep(line),
-                Err(error) => {
-                    let whole: Vec<Line> = later_starts(line)
-                        .into_iter()
-                        .filter_map(|p| Line::parse(p).ok())
-                        .collect();
-                    let kept = match whole.len() {
-                        0 => String::new(),
-                        count => format!("; kept {count} whole inside it"),
-                    };
-                    let (path, reason) = (path.to_path_buf(), format!("{error}{kept}"));
-                    let kind = kind_of_reason(&error, whole.len());
-                    self.skip(kind, Skipped { path, line: index + 1, reason });
-                    whole.into_iter().for_each(|line| self.keep(line));
+    fn add_blocks<R: io::Read>(&mut self, path: &Path, mut blocks: Blocks<R>) -> io::Result<()> {
+        while let Some(block) = blocks.next()? {
+            scan(&block, Line::parse, &mut |found| match found {
+                Found::Line { item, .. } => self.keep(item),
+                Found::Skipped { line, kind, reason } => {
+                    let path = path.to_path_buf();
+                    skip(&mut self.skipped, &mut self.reasons, kind, Skipped { path, line, reason })
                 }
-            }
+            });
         }
+        Ok(())
     }
 
     fn keep(&mut self, line: Line) {
@@ -184,24 +189,17 @@ impl Read {
     }
 }
 
-/// Words that follow a number.
-fn kind_of_reason(error: &RecordError, whole: usize) -> &'static str {
-    match error {
-        _ if whole > 0 => "torn or mixed, with whole lines inside that were kept",
-        RecordError::LaterSchema { .. } => "of a later schema",
-        RecordError::Kind(_) => "of an unknown kind",
-        RecordError::Missing(key) if key == "kind" => "not ours",
-        RecordError::Missing(_) => "with a key missing",
-        RecordError::Type { .. } => "with a key of the wrong type",
-        _ => "not a JSON object",
+/// Lists what was skipped, as far as the list goes, and counts it.
+pub(crate) fn skip(
+    list: &mut Vec<Skipped>,
+    reasons: &mut BTreeMap<&'static str, usize>,
+    kind: &'static str,
+    skipped: Skipped,
+) {
+    *reasons.entry(kind).or_default() += 1;
+    if list.len() < MOST_SKIPPED {
+        list.push(skipped);
     }
-}
-
-/// Whole lines behind half a line: what is left after a torn file was concatenated with another.
-fn later_starts(line: &[u8]) -> Vec<&[u8]> {
-    let starts: Vec<usize> = (0..line.len()).filter(|&i| line[i..].starts_with(START)).collect();
-    let ends = starts.iter().skip(1).copied().chain([line.len()]);
-    starts.iter().zip(ends).map(|(&start, end)| &line[start..end]).collect()
 }
 
 fn last_wins<T, K: Ord>(items: Vec<T>, key: impl Fn(&T) -> K) -> Vec<T> {
@@ -220,10 +218,7 @@ mod tests {
     const ROWS: usize = 6;
 
     fn parse(bytes: &[u8]) -> Read {
-        let mut read = Read::default();
-        read.add(Path::new("test.jsonl"), bytes);
-        read.last_wins();
-        read
+        read_from(Path::new("test.jsonl"), bytes).unwrap()
     }
 
     fn rows(run: &str) -> Vec<Row> {
