@@ -27,14 +27,21 @@ pub enum Verdict {
     NeedsHardware,
 }
 
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl Verdict {
+    /// As in records.
+    pub fn word(self) -> &'static str {
+        match self {
             Self::Reproduced => "reproduced",
             Self::Refuted => "refuted",
             Self::Open => "open",
-            Self::NeedsHardware => "needs hardware",
-        })
+            Self::NeedsHardware => "needs-hardware",
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.word().replace('-', " "))
     }
 }
 
@@ -103,24 +110,38 @@ pub struct ClaimReport {
     pub figures: Vec<Figure>,
 }
 
-/// Judges the claims of one problem; `only` selects by id; `seen` is called after each.
+/// What [`run`] tells as it goes.
+pub enum Step<'a> {
+    /// How many claims there will be.
+    Planned(usize),
+    /// A claim is about to be judged.
+    Begun(&'a Claim),
+    /// It was.
+    Ended(&'a ClaimReport),
+}
+
+/// Judges the claims of the given problems, or the one of that id.
 pub fn run(
-    problem: &dyn Problem,
+    problems: &[&'static dyn Problem],
     only: Option<&str>,
     context: &ClaimContext<'_>,
-    mut seen: impl FnMut(&ClaimReport),
+    mut seen: impl FnMut(Step<'_>),
 ) -> Vec<ClaimReport> {
+    let mut claims: Vec<(&'static str, Claim)> = Vec::new();
+    for problem in problems {
+        claims.extend(problem.claims().into_iter().map(|claim| (problem.spec().id, claim)));
+    }
+    claims.retain(|(_, claim)| only.is_none_or(|id| id == claim.id));
+    seen(Step::Planned(claims.len()));
     let mut reports = Vec::new();
-    for claim in problem.claims() {
-        if only.is_some_and(|id| id != claim.id) {
-            continue;
-        }
+    for (problem, claim) in &claims {
+        seen(Step::Begun(claim));
         let (verdict, because, figures) = match (claim.judge)(context) {
             Ok(judged) => (Some(judged.verdict), judged.because, judged.figures),
             Err(error) => (None, error.to_string(), Vec::new()),
         };
         let report = ClaimReport {
-            problem: problem.spec().id,
+            problem,
             id: claim.id,
             statement: claim.statement,
             place: claim.place,
@@ -129,7 +150,7 @@ pub fn run(
             because,
             figures,
         };
-        seen(&report);
+        seen(Step::Ended(&report));
         reports.push(report);
     }
     reports

@@ -89,6 +89,20 @@ pub enum Outcome {
     NotRun,
 }
 
+impl Outcome {
+    /// As in records.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Failed => "failed",
+            Self::ControlMissed => "control-missed",
+            Self::NothingChecked => "nothing-checked",
+            Self::Error => "error",
+            Self::NotRun => "not-run",
+        }
+    }
+}
+
 /// One line of `verify`'s report.
 #[derive(Clone, Debug, Serialize)]
 pub struct GateReport {
@@ -186,23 +200,35 @@ pub fn run_gate(problem: &'static str, gate: &Gate, context: &GateContext<'_>) -
     report
 }
 
-/// Runs every gate of the given problems; `seen` is called after each.
+/// What [`run`] tells as it goes.
+pub enum Step<'a> {
+    /// How many gates there will be.
+    Planned(usize),
+    /// A gate begins.
+    Begun(&'a Gate),
+    /// It ended.
+    Ended(&'a GateReport),
+}
+
+/// Runs every gate of the given problems, or those of one technique.
 pub fn run(
     problems: &[&'static dyn Problem],
     technique: Option<&str>,
     context: &GateContext<'_>,
-    mut seen: impl FnMut(&GateReport),
+    mut seen: impl FnMut(Step<'_>),
 ) -> Vec<GateReport> {
-    let mut reports = Vec::new();
+    let mut gates: Vec<(&'static str, Gate)> = Vec::new();
     for problem in problems {
-        for gate in problem.gates() {
-            if technique.is_some_and(|t| gate.technique != t) {
-                continue;
-            }
-            let report = run_gate(problem.spec().id, &gate, context);
-            seen(&report);
-            reports.push(report);
-        }
+        gates.extend(problem.gates().into_iter().map(|gate| (problem.spec().id, gate)));
+    }
+    gates.retain(|(_, gate)| technique.is_none_or(|t| gate.technique == t));
+    seen(Step::Planned(gates.len()));
+    let mut reports = Vec::new();
+    for (problem, gate) in &gates {
+        seen(Step::Begun(gate));
+        let report = run_gate(problem, gate, context);
+        seen(Step::Ended(&report));
+        reports.push(report);
     }
     reports
 }

@@ -3,45 +3,67 @@
 use crate::{
     Outcome,
     args::{self, Format},
+    feed,
+    journal::{self, Journal},
     output::{Table, note, put, significant},
-    verbs::open_gpu,
+    verbs::{measure::command_line, open_gpu},
 };
 use anyhow::Result;
 use dapple_gpu::AdapterKind;
+use dapple_records::{ClaimFigure, ClaimLine, Line};
 use dapple_suite::{
     SuiteError,
-    claims::{self, ClaimContext, ClaimReport, Verdict},
+    claims::{self, ClaimContext, ClaimReport, Step, Verdict},
+    environment::environment,
     problem::Problem,
     problems,
 };
 
 /// Judges claims; exit 1 only if a judge could not run: a refuted claim is a result.
 pub fn run(args: &args::Claims) -> Result<Outcome> {
+    let result = judge(args);
+    if args.feed {
+        feed::tell_end(&result)?;
+    }
+    result
+}
+
+fn judge(args: &args::Claims) -> Result<Outcome> {
     let chosen: Vec<&'static dyn Problem> = match &args.problem {
         Some(id) => vec![problems::find(id)?],
         None => problems::ALL.to_vec(),
     };
+    if let Some(id) = &args.id {
+        let known: Vec<_> = chosen.iter().flat_map(|p| p.claims()).map(|claim| claim.id).collect();
+        if !known.contains(&id.as_str()) {
+            return Err(SuiteError::unknown("claim", id, known).into());
+        }
+    }
     let gpu = open_gpu(args.adapter.as_ref())?;
     let context = ClaimContext {
         gpu: gpu.as_ref(),
         hardware: gpu.as_ref().is_some_and(|g| g.facts.kind == AdapterKind::Hardware),
     };
-    let mut reports = Vec::new();
-    let mut printed = Ok(());
-    for problem in &chosen {
-        reports.extend(claims::run(*problem, args.id.as_deref(), &context, |report| {
-            if printed.is_ok() {
-                printed = print(report, args.format);
+    let mut journal = Journal::begin(&args.records, "claims", "", &command_line(), args.feed);
+    let adapter = journal::adapter_name(gpu.as_ref());
+    let mut told = Ok(());
+    let reports = claims::run(&chosen, args.id.as_deref(), &context, |step| {
+        let said = match step {
+            Step::Planned(total) => journal.planned(total),
+            Step::Begun(claim) => journal.stage(claim.id, ""),
+            Step::Ended(report) => {
+                let line = claim_line(report, &journal.run, &adapter);
+                let kept = journal.put(&Line::Claim(Box::new(line)));
+                if args.feed { kept } else { kept.and_then(|()| print(report, args.format)) }
             }
-        }));
-    }
-    printed?;
-    if reports.is_empty() {
-        let known: Vec<_> = chosen.iter().flat_map(|p| p.claims()).map(|claim| claim.id).collect();
-        let id = args.id.clone().unwrap_or_default();
-        return Err(SuiteError::unknown("claim", &id, known).into());
-    }
-    if args.format == Format::Csv {
+        };
+        if told.is_ok() {
+            told = said;
+        }
+    });
+    told?;
+    journal.end();
+    if args.format == Format::Csv && !args.feed {
         csv(&reports).print(Format::Csv)?;
     }
     let count = |v: Verdict| reports.iter().filter(|r| r.verdict == Some(v)).count();
@@ -54,6 +76,30 @@ pub fn run(args: &args::Claims) -> Result<Outcome> {
         count(Verdict::NeedsHardware)
     );
     Ok(if errors == 0 { Outcome::Ok } else { Outcome::CheckFailed })
+}
+
+/// What the records keep of a report.
+fn claim_line(report: &ClaimReport, run: &str, adapter: &str) -> ClaimLine {
+    let facts = environment();
+    ClaimLine {
+        run: run.into(),
+        time: dapple_records::now(),
+        machine: facts.machine.clone(),
+        adapter: adapter.into(),
+        revision: facts.revision.clone(),
+        problem: report.problem.into(),
+        id: report.id.into(),
+        statement: report.statement.into(),
+        place: report.place.into(),
+        method: report.method.into(),
+        verdict: report.verdict.map_or("error", Verdict::word).into(),
+        because: report.because.clone(),
+        figures: report
+            .figures
+            .iter()
+            .map(|f| ClaimFigure { what: f.what.clone(), value: f.value, unit: f.unit.into() })
+            .collect(),
+    }
 }
 
 fn print(report: &ClaimReport, format: Format) -> std::io::Result<()> {

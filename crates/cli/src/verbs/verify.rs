@@ -3,15 +3,19 @@
 use crate::{
     Outcome,
     args::{self, VerifyFormat},
+    feed,
+    journal::{self, Journal},
     output::{Table, note, put, significant},
-    verbs::open_gpu,
+    verbs::{measure::command_line, open_gpu},
 };
 use anyhow::Result;
+use dapple_records::{GateLine, Line};
 use dapple_suite::{
     SuiteError,
+    environment::environment,
     problem::Problem,
     problems,
-    verify::{self, GateContext, GateReport, Outcome as GateOutcome},
+    verify::{self, GateContext, GateReport, Outcome as GateOutcome, Step},
 };
 
 /// Random cases a property unless asked otherwise.
@@ -19,6 +23,14 @@ const DEFAULT_CASES: u32 = 64;
 
 /// Runs the gates; exit 1 if one is broken, a control was missed, or a technique has none.
 pub fn run(args: &args::Verify) -> Result<Outcome> {
+    let result = verify(args);
+    if args.feed {
+        feed::tell_end(&result)?;
+    }
+    result
+}
+
+fn verify(args: &args::Verify) -> Result<Outcome> {
     let chosen: Vec<&'static dyn Problem> = match &args.problem {
         Some(id) => vec![problems::find(id)?],
         None => problems::ALL.to_vec(),
@@ -30,25 +42,36 @@ pub fn run(args: &args::Verify) -> Result<Outcome> {
         }
     }
     let gpu = open_gpu(args.adapter.as_ref())?;
-    let environment = std::env::var("PROPTEST_CASES").ok().and_then(|text| text.parse().ok());
+    let wanted = std::env::var("PROPTEST_CASES").ok().and_then(|text| text.parse().ok());
     let context = GateContext {
         gpu: gpu.as_ref(),
-        cases: args.cases.or(environment).unwrap_or(DEFAULT_CASES).max(1),
+        cases: args.cases.or(wanted).unwrap_or(DEFAULT_CASES).max(1),
         seed: args.seed,
     };
-    let reports = verify::run(&chosen, args.technique.as_deref(), &context, |report| {
-        if !report.is_ok() {
-            note!("{} {}: {:?}", report.technique, report.gate, report.outcome);
+    let key = format!("{} cases, seed {}", context.cases, context.seed);
+    let mut journal = Journal::begin(&args.records, "verify", &key, &command_line(), args.feed);
+    let adapter = journal::adapter_name(gpu.as_ref());
+    let mut told = Ok(());
+    let reports = verify::run(&chosen, args.technique.as_deref(), &context, |step| {
+        let said = match step {
+            Step::Planned(total) => journal.planned(total),
+            Step::Begun(gate) => journal.stage(&gate.name, &gate.technique),
+            Step::Ended(report) => {
+                if !report.is_ok() {
+                    note!("{} {}: {:?}", report.technique, report.gate, report.outcome);
+                }
+                let line = gate_line(report, &journal.run, &adapter);
+                journal.put(&Line::Gate(Box::new(line)))
+            }
+        };
+        if told.is_ok() {
+            told = said;
         }
     });
-    match args.format {
-        VerifyFormat::Table => print_table(&reports)?,
-        VerifyFormat::Jsonl => {
-            for report in &reports {
-                put!("{}", serde_json::to_string(report)?)?;
-            }
-        }
-        VerifyFormat::Junit => put!("{}", junit(&reports))?,
+    told?;
+    journal.end();
+    if !args.feed {
+        print(args.format, &reports)?;
     }
     let mut ok = reports.iter().all(GateReport::is_ok);
     for problem in &chosen {
@@ -58,9 +81,6 @@ pub fn run(args: &args::Verify) -> Result<Outcome> {
             note!("{}: nothing was checked for {technique}", problem.spec().id);
             ok = false;
         }
-    }
-    if args.format == VerifyFormat::Table {
-        put!("\nchecks by technique: {}", by_technique(&reports))?;
     }
     let checked: u64 = reports.iter().map(|r| r.checked).sum();
     let count = |o: GateOutcome| reports.iter().filter(|r| r.outcome == o).count();
@@ -75,6 +95,45 @@ pub fn run(args: &args::Verify) -> Result<Outcome> {
         ok = false;
     }
     Ok(if ok { Outcome::Ok } else { Outcome::CheckFailed })
+}
+
+/// What the records keep of a report.
+fn gate_line(report: &GateReport, run: &str, adapter: &str) -> GateLine {
+    let facts = environment();
+    GateLine {
+        run: run.into(),
+        time: dapple_records::now(),
+        machine: facts.machine.clone(),
+        adapter: adapter.into(),
+        revision: facts.revision.clone(),
+        problem: report.problem.into(),
+        technique: report.technique.clone(),
+        gate: report.gate.clone(),
+        statement: report.statement.into(),
+        outcome: report.outcome.word().into(),
+        checked: report.checked,
+        failed: report.failed,
+        worst: report.worst,
+        bound: report.bound,
+        fault: report.fault.into(),
+        detail: report.detail.clone(),
+    }
+}
+
+fn print(format: VerifyFormat, reports: &[GateReport]) -> Result<()> {
+    match format {
+        VerifyFormat::Table => {
+            print_table(reports)?;
+            put!("\nchecks by technique: {}", by_technique(reports))?;
+        }
+        VerifyFormat::Jsonl => {
+            for report in reports {
+                put!("{}", serde_json::to_string(report)?)?;
+            }
+        }
+        VerifyFormat::Junit => put!("{}", junit(reports))?,
+    }
+    Ok(())
 }
 
 /// `vsm 21890, hard 20490, ...`, in the order of the gates.
@@ -100,11 +159,10 @@ fn print_table(reports: &[GateReport]) -> Result<()> {
             GateOutcome::ControlMissed => format!("MISSED: {}", r.fault),
             _ => r.detail.clone(),
         };
-        let outcome = serde_json::to_value(r.outcome)?;
         table.row([
             r.technique.clone().into(),
             r.gate.clone().into(),
-            outcome,
+            r.outcome.word().into(),
             r.checked.into(),
             r.worst.map(significant).into(),
             r.bound.map(significant).into(),
