@@ -3,6 +3,7 @@
 use crate::{
     Outcome, args,
     output::{note, put, significant},
+    pictures,
     verbs::{
         choice,
         measure::{form, lists, measure_block, pick},
@@ -10,15 +11,7 @@ use crate::{
 };
 use anyhow::Result;
 use dapple_gpu::Gpu;
-use dapple_records::picture::signed_colour;
-use dapple_suite::{
-    SuiteError,
-    problem::{Form, Picture},
-    problems,
-    sweep::Sweep,
-};
-use image::{GrayImage, ImageError, Luma, Rgb, RgbImage};
-use std::{fs, path::Path};
+use dapple_suite::{SuiteError, problem::Form, problems, sweep::Sweep};
 
 /// Renders result, truth and signed error map.
 pub fn run(args: &args::Render) -> Result<Outcome> {
@@ -60,9 +53,7 @@ pub fn run(args: &args::Render) -> Result<Outcome> {
     let picture = subject.picture()?.ok_or_else(|| {
         SuiteError::Usage(format!("{} has no picture: its output is not an image", spec.id))
     })?;
-    fs::create_dir_all(&args.output)
-        .map_err(SuiteError::io(format!("making {}", args.output.display())))?;
-    write(&picture, &args.output)?;
+    pictures::write(&picture, &args.output)?;
     put!("{}: {} against {}", group.settings[0], group.case.name(), facts.truth)?;
     for metric in spec.metrics {
         if let Some(value) = checked.errors.get(metric.name) {
@@ -74,26 +65,4 @@ pub fn run(args: &args::Render) -> Result<Outcome> {
     }
     put!("pictures: {}", args.output.display())?;
     Ok(if checked.violations.is_empty() { Outcome::Ok } else { Outcome::CheckFailed })
-}
-
-fn write(picture: &Picture, folder: &Path) -> Result<(), SuiteError> {
-    let index = |x: u32, y: u32| (y * picture.width + x) as usize;
-    let grey = |values: &[f32]| {
-        GrayImage::from_fn(picture.width, picture.height, |x, y| {
-            Luma([(values[index(x, y)].clamp(0.0, 1.0) * 255.0).round() as u8])
-        })
-    };
-    let error = RgbImage::from_fn(picture.width, picture.height, |x, y| {
-        let i = index(x, y);
-        Rgb(signed_colour(picture.result[i] - picture.truth[i]))
-    });
-    let save = |name: &str, saved: Result<(), ImageError>| {
-        saved.map_err(|e| {
-            let source = std::io::Error::other(e.to_string());
-            SuiteError::Io { what: format!("writing {}", folder.join(name).display()), source }
-        })
-    };
-    save("result.png", grey(&picture.result).save(folder.join("result.png")))?;
-    save("truth.png", grey(&picture.truth).save(folder.join("truth.png")))?;
-    save("error.png", error.save(folder.join("error.png")))
 }
