@@ -60,6 +60,16 @@ pub enum Action {
     OrbitUp,
     /// Lower the camera.
     OrbitDown,
+    /// Bring the camera nearer.
+    Nearer,
+    /// Take it farther away.
+    Farther,
+    /// The error map in place of the result.
+    ErrorMap,
+    /// The next form.
+    Form,
+    /// The next verdict to show only.
+    Verdict,
     /// Everything at its default again.
     Reset,
     /// Start something: a form on the Runs screen.
@@ -156,6 +166,12 @@ pub const TABLE: &[Binding] = &[
     bind(KeyCode::Char('l'), "l", Action::OrbitRight, &[Live], "h/j/k/l orbit", "turn it right"),
     bind(KeyCode::Char('k'), "k", Action::OrbitUp, &[Live], "", "raise the camera"),
     bind(KeyCode::Char('j'), "j", Action::OrbitDown, &[Live], "", "lower the camera"),
+    bind(KeyCode::Char('+'), "+", Action::Nearer, &[Live], "", "bring the camera nearer"),
+    bind(KeyCode::Char('-'), "-", Action::Farther, &[Live], "", "take it farther away"),
+    bind(KeyCode::Char('e'), "e", Action::ErrorMap, &[Live], "error", "flip against the error map"),
+    bind(KeyCode::Char('g'), "g", Action::Form, &[Live, Stress], "form", "the next form"),
+    bind(KeyCode::Char('v'), "v", Action::Verdict, &[Claims], "verdict", "one verdict, or all"),
+    bind(KeyCode::Enter, "Enter", Action::Open, &[Live], "", "ask again; start a dead process anew"),
     bind(KeyCode::Char('0'), "0", Action::Reset, &[Live], "reset", "everything at its default"),
     bind(KeyCode::Char('n'), "n", Action::New, &[Runs], "new", "start a sweep, claims, stress ..."),
     bind(KeyCode::Char('x'), "x", Action::Cancel, &[Runs], "cancel", "cancel the selected job"),
