@@ -1,18 +1,23 @@
 //! The state of the dashboard: `update` changes it, `view` draws it, neither does anything else.
 
+mod chrome;
+#[cfg(test)]
+mod tests;
+
 use crate::{
     keys::{self, Action},
     msg::{Effect, JobId, Msg},
     screens::{self, Screen, World},
     theme::Theme,
+    widgets::text,
 };
 use dapple_records::{Feed, FeedLine};
 use ratatui::{
     buffer::Buffer,
-    crossterm::event::KeyEventKind,
+    crossterm::event::{KeyEvent, KeyEventKind, KeyModifiers},
     layout::{Constraint, Layout, Rect},
-    text::{Line, Span},
-    widgets::{Block, Clear, Paragraph, Widget, Wrap},
+    text::Line,
+    widgets::Widget,
 };
 use ratatui_image::picker::Picker;
 use std::sync::Arc;
@@ -26,6 +31,10 @@ pub struct App {
     pub screen: Screen,
     /// Whether the keys are shown.
     pub help: bool,
+    /// Lines of the keys that are scrolled past.
+    help_from: u16,
+    /// Whether the user was asked to confirm that running jobs be stopped.
+    asked: bool,
     catalogue_job: Option<JobId>,
     overview: screens::overview::State,
     front: screens::front::State,
@@ -66,11 +75,16 @@ impl App {
                 now_ms,
                 problem: String::new(),
                 technique: String::new(),
+                focus: None,
                 picker: Picker::halfblocks(),
                 request: 0,
+                loaded: false,
+                leaving: false,
             },
             screen: Screen::default(),
             help: false,
+            help_from: 0,
+            asked: false,
             catalogue_job: None,
             overview: Default::default(),
             front: Default::default(),
@@ -85,32 +99,28 @@ impl App {
 
     /// What to do first: read the records, ask the program what there is.
     pub fn start(&mut self) -> Vec<Effect> {
+        vec![Effect::Reload, self.ask_catalogue()]
+    }
+
+    fn ask_catalogue(&mut self) -> Effect {
         let job = self.world.jobs.reserve();
         self.catalogue_job = Some(job);
-        let ask = Effect::Start { job, arguments: vec!["catalogue".into()], input: false };
-        vec![Effect::Reload, ask]
+        self.world.catalogue_trouble = None;
+        Effect::Start { job, arguments: vec!["catalogue".into()], input: false }
     }
 
     /// Takes in a message.
     pub fn update(&mut self, msg: Msg) -> Vec<Effect> {
         let mut effects = Vec::new();
         match &msg {
-            Msg::Key(key) => {
-                if key.kind == KeyEventKind::Release {
-                    return effects;
-                }
-                // A form takes keys as text, but never the one that always quits.
-                let action = keys::lookup(*key, self.screen);
-                if self.screen == Screen::Runs && self.runs.typing() && action != Some(Action::Quit)
-                {
-                    return self.runs.key(*key, &mut self.world);
-                }
-                return action.map_or(effects, |action| self.act(action));
-            }
+            Msg::Key(key) if key.kind == KeyEventKind::Release => return effects,
+            Msg::Key(key) => return self.key(*key),
+            Msg::Terminate => return vec![Effect::Quit],
             Msg::Resize => return effects,
             Msg::Tick(now) => self.world.now_ms = *now,
             Msg::Store(store) => {
-                self.world.store = Arc::new((**store).clone());
+                self.world.store = Arc::clone(store);
+                self.world.loaded = true;
                 self.choose_problem();
             }
             Msg::Heard { job, line } => {
@@ -124,13 +134,18 @@ impl App {
                 }
             }
             Msg::Grumbled { job, text } => {
-                if let Some(job) = self.world.jobs.get_mut(*job) {
+                if Some(*job) == self.catalogue_job {
+                    self.world.catalogue_trouble = Some(text.clone());
+                } else if let Some(job) = self.world.jobs.get_mut(*job) {
                     job.log(text.clone());
                 }
             }
             Msg::Ended { job, code, how } => {
-                if Some(*job) == self.catalogue_job && self.world.catalogue.is_none() {
-                    self.world.catalogue_trouble = Some(how.clone());
+                if Some(*job) == self.catalogue_job {
+                    self.catalogue_job = None;
+                    let said = self.world.catalogue_trouble.take().unwrap_or_else(|| how.clone());
+                    let missing = self.world.catalogue.is_none();
+                    self.world.catalogue_trouble = missing.then_some(said);
                 }
                 let now = self.world.now_ms;
                 effects.extend(self.world.jobs.end(*job, *code, how, now));
@@ -144,21 +159,69 @@ impl App {
         effects
     }
 
+    fn key(&mut self, key: KeyEvent) -> Vec<Effect> {
+        let action = keys::lookup(key, self.screen);
+        if self.asked {
+            return self.answer(action == Some(Action::Quit));
+        }
+        // A form takes keys as text, but never the one that leaves whatever is typed.
+        let leaves = key.modifiers.contains(KeyModifiers::CONTROL) && action == Some(Action::Quit);
+        if self.screen == Screen::Runs && self.runs.typing() && !leaves {
+            return self.runs.key(key, &mut self.world);
+        }
+        action.map(|action| self.act(action)).unwrap_or_default()
+    }
+
+    /// The answer to whether running jobs may be stopped.
+    fn answer(&mut self, yes: bool) -> Vec<Effect> {
+        self.asked = false;
+        if yes {
+            self.world.jobs.clear_queue(self.world.now_ms);
+            return vec![Effect::Quit];
+        }
+        Vec::new()
+    }
+
     fn act(&mut self, action: Action) -> Vec<Effect> {
         match action {
+            Action::Quit if self.world.jobs.active() => {
+                self.asked = true;
+                Vec::new()
+            }
             Action::Quit => vec![Effect::Quit],
             Action::Help => {
                 self.help = !self.help;
+                self.help_from = 0;
                 Vec::new()
             }
             Action::Close if self.help => {
                 self.help = false;
                 Vec::new()
             }
+            Action::Up | Action::Down | Action::PageUp | Action::PageDown | Action::First
+                if self.help =>
+            {
+                let most = keys::on(self.screen).count() as u16;
+                let from = self.help_from;
+                self.help_from = match action {
+                    Action::Up => from.saturating_sub(1),
+                    Action::Down => (from + 1).min(most),
+                    Action::PageUp => from.saturating_sub(10),
+                    Action::PageDown => (from + 10).min(most),
+                    _ => 0,
+                };
+                Vec::new()
+            }
             Action::Go(screen) => self.go(screen),
             Action::NextScreen => self.go(self.neighbour(1)),
             Action::PreviousScreen => self.go(self.neighbour(Screen::ALL.len() - 1)),
-            Action::Reload => vec![Effect::Reload],
+            Action::Reload => {
+                let mut effects = vec![Effect::Reload];
+                if self.world.catalogue.is_none() && self.catalogue_job.is_none() {
+                    effects.push(self.ask_catalogue());
+                }
+                effects
+            }
             Action::Problem => {
                 self.next_problem();
                 of_screen!(self, self.screen, enter(&mut self.world))
@@ -213,66 +276,38 @@ impl App {
 
     /// Draws everything. Any area will do, down to nothing.
     pub fn view(&self, area: Rect, buf: &mut Buffer) {
+        // A terminal that shrank while a picture was made may be smaller than what it asked for.
+        let area = area.intersection(buf.area);
+        if area.is_empty() {
+            return;
+        }
         let theme = self.world.theme;
-        let [tabs, body, footer] =
-            Layout::vertical([Constraint::Length(1), Constraint::Min(1), Constraint::Length(1)])
-                .areas(area);
-        self.tabs().render(tabs, buf);
-        of_screen!(self, self.screen, view(&self.world, body, buf));
-        self.footer(footer.width).style(theme.dim()).render(footer, buf);
+        let trouble = chrome::trouble(&self.world);
+        let line = |shown: bool| Constraint::Length(u16::from(shown));
+        let [tabs, status, body, footer] = Layout::vertical([
+            line(true),
+            line(trouble.is_some() && area.height >= 5),
+            Constraint::Fill(1),
+            line(area.height >= 3),
+        ])
+        .areas(area);
+        chrome::tabs(self.screen, tabs.width, theme).render(tabs, buf);
+        if let Some(trouble) = trouble {
+            let text = format!("! {trouble}");
+            Line::styled(text::fit(&text, status.width.into()), theme.bad()).render(status, buf);
+        }
+        if !body.is_empty() {
+            of_screen!(self, self.screen, view(&self.world, body, buf));
+        }
+        chrome::footer(self.screen, &self.world, theme, footer, buf);
         if self.help {
-            self.draw_help(body, buf);
+            chrome::help(self.screen, self.help_from, theme, body, buf);
         }
-    }
-
-    fn tabs(&self) -> Line<'static> {
-        let theme = self.world.theme;
-        let mut spans = Vec::new();
-        for (i, screen) in Screen::ALL.iter().enumerate() {
-            let text = format!("{}{}", i + 1, screen.title());
-            let current = *screen == self.screen;
-            let (text, style) = if current {
-                (format!("[{text}]"), theme.title())
-            } else {
-                (format!(" {text} "), theme.dim())
-            };
-            spans.push(Span::styled(text, style));
+        if self.asked {
+            chrome::ask(&self.world.jobs, theme, body, buf);
         }
-        Line::from(spans)
-    }
-
-    /// As many of the screen's keys as fit; the way to the others and out comes first.
-    fn footer(&self, width: u16) -> Line<'static> {
-        let labelled = || keys::on(self.screen).filter(|b| !b.label.is_empty());
-        let last = |b: &&keys::Binding| matches!(b.action, Action::Quit | Action::Help);
-        let mut text = String::new();
-        for binding in labelled().filter(last).chain(labelled().filter(|b| !last(b))) {
-            let more = format!("{} {}  ", binding.name, binding.label);
-            if text.chars().count() + more.chars().count() > usize::from(width) + 2 {
-                break;
-            }
-            text += &more;
+        if self.world.leaving {
+            chrome::leaving(theme, body, buf);
         }
-        Line::from(text)
-    }
-
-    fn draw_help(&self, area: Rect, buf: &mut Buffer) {
-        let mut lines: Vec<Line<'_>> = keys::on(self.screen)
-            .map(|b| Line::from(format!("{:>9}  {}", b.name, b.help)))
-            .collect();
-        lines.push(Line::from("   Ctrl-C  leave"));
-        let height = (lines.len() as u16 + 2).min(area.height);
-        let width = 50.min(area.width);
-        let popup = Rect {
-            x: area.x + (area.width - width) / 2,
-            y: area.y + (area.height - height) / 2,
-            width,
-            height,
-        };
-        Clear.render(popup, buf);
-        Paragraph::new(lines)
-            .wrap(Wrap { trim: false })
-            .block(Block::bordered().title(format!("{}: keys", self.screen.title())))
-            .render(popup, buf);
     }
 }

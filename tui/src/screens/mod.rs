@@ -10,7 +10,12 @@ pub mod stress;
 pub mod technique;
 
 use crate::{jobs::Jobs, store::Store, theme::Theme};
-use dapple_records::catalogue::{Catalogue, ProblemInfo};
+use dapple_records::{
+    Index,
+    catalogue::{Catalogue, ProblemInfo},
+    front::Key,
+    index::SettingName,
+};
 use ratatui_image::picker::Picker;
 use std::sync::Arc;
 
@@ -83,10 +88,39 @@ pub struct World {
     pub problem: String,
     /// The technique that screens are about.
     pub technique: String,
+    /// The setting that was last selected on a screen, if any.
+    pub focus: Option<Focus>,
     /// How this terminal shows pictures.
     pub picker: Picker,
     /// Number of the next request of any screen.
     pub request: u64,
+    /// Whether the records were read for the first time.
+    pub loaded: bool,
+    /// The user leaves: children are being ended.
+    pub leaving: bool,
+}
+
+/// One measured setting, by what does not change when records are read again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Focus {
+    /// What it shares with its rivals: case, machine, adapter.
+    pub key: Key,
+    /// Technique, variant and form.
+    pub setting: SettingName,
+    /// The row's identity.
+    pub identity: u64,
+}
+
+impl Focus {
+    /// Of the row at a position of the index.
+    pub fn of(index: &Index, at: usize) -> Option<Self> {
+        let entry = index.entries.get(at)?;
+        Some(Self {
+            key: index.key(entry).clone(),
+            setting: index.setting(entry).clone(),
+            identity: entry.identity,
+        })
+    }
 }
 
 impl World {
