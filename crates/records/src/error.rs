@@ -27,6 +27,28 @@ pub enum RecordError {
         /// [`crate::SCHEMA`].
         latest: u32,
     },
+    /// A file to merge has a line that only a later program understands.
+    #[error("{} line {line}: {reason}", path.display())]
+    LaterSchemaIn {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: usize,
+        /// Which schema.
+        reason: String,
+    },
+    /// A file to write is there already.
+    #[error("{} is there already, and is not among the inputs: it is not overwritten", .0.display())]
+    Exists(PathBuf),
+    /// Nothing to merge.
+    #[error("no record in {}", names(.0))]
+    Empty(Vec<PathBuf>),
+    /// A file was rewritten while it was read.
+    #[error("{} changed while it was read", .0.display())]
+    Changed(PathBuf),
+    /// Text that cannot be written as comma-separated values.
+    #[error("cannot write comma-separated values: {0}")]
+    Csv(io::Error),
     /// A line of ours has an unknown kind.
     #[error("unknown kind of line {0:?}")]
     Kind(String),
@@ -66,9 +88,16 @@ pub enum RecordError {
     /// Another process holds the file.
     #[error("{} is being written by another process", .0.display())]
     InUse(PathBuf),
+    /// A row is no longer where it was in its file.
+    #[error("{} was changed since it was read: the row is not where it was", .0.display())]
+    Moved(PathBuf),
     /// A file to resume has no readable `run` line.
     #[error("{} has no readable run line; it cannot be resumed", .0.display())]
     NoHeader(PathBuf),
+}
+
+fn names(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
 impl RecordError {

@@ -37,6 +37,11 @@ impl Object {
         }
     }
 
+    /// Keys and values in the order given.
+    pub(crate) fn into_pairs(self) -> Vec<(String, Value)> {
+        self.0
+    }
+
     /// One line without its line feed.
     pub(crate) fn to_line(&self) -> String {
         let mut bytes = Vec::with_capacity(1024);
@@ -193,13 +198,14 @@ impl Fields {
 
 /// Other tools write integers as `12.0`; that is accepted, a fraction or a negative value is not.
 fn as_count(key: &str, value: &Value) -> Result<u64, RecordError> {
-    if let Some(count) = value.as_u64() {
-        return Ok(count);
-    }
-    match value.as_f64() {
-        Some(v) if (0.0..9_007_199_254_740_992.0).contains(&v) && v.fract() == 0.0 => Ok(v as u64),
-        _ => Err(type_error(key, "a count")),
-    }
+    let count = value.as_u64().or_else(|| whole(value.as_f64()?));
+    count.ok_or_else(|| type_error(key, "a count"))
+}
+
+/// A float that is a count.
+pub(crate) fn whole(value: f64) -> Option<u64> {
+    let fits = (0.0..9_007_199_254_740_992.0).contains(&value) && value.fract() == 0.0;
+    fits.then_some(value as u64)
 }
 
 pub(crate) fn type_error(key: &str, expected: &'static str) -> RecordError {

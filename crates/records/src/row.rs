@@ -141,30 +141,18 @@ impl Row {
 
     /// Median over repeats of each repeat's median frame. None without samples.
     pub fn median_ns(&self) -> Option<f64> {
-        median(&mut self.repeat_medians())
+        median_ns(&self.samples_ns)
     }
 
     /// Median absolute deviation of the repeats' medians from [`Row::median_ns`], unscaled.
     pub fn mad_ns(&self) -> Option<f64> {
-        let mut repeats = self.repeat_medians();
-        let centre = median(&mut repeats)?;
-        median(&mut repeats.iter().map(|v| (v - centre).abs()).collect::<Vec<_>>())
+        mad_ns(&self.samples_ns)
     }
 
     /// 99th percentile of all frames of all repeats, by nearest rank: the smallest sample that at
     /// least 99 % of the samples do not exceed.
     pub fn p99_ns(&self) -> Option<f64> {
-        let mut all: Vec<u64> = self.samples_ns.iter().flatten().copied().collect();
-        all.sort_unstable();
-        let rank = (all.len() * 99).div_ceil(100);
-        all.get(rank.checked_sub(1)?).map(|&ns| ns as f64)
-    }
-
-    fn repeat_medians(&self) -> Vec<f64> {
-        let frames = |repeat: &Vec<u64>| -> Option<f64> {
-            median(&mut repeat.iter().map(|&ns| ns as f64).collect::<Vec<_>>())
-        };
-        self.samples_ns.iter().filter_map(frames).collect()
+        p99_ns(&self.samples_ns)
     }
 
     /// One JSON line, without its line feed.
@@ -172,6 +160,11 @@ impl Row {
     /// `median_ns`, `mad_ns` and `p99_ns` are added for readers that query the file directly; this
     /// crate ignores them and derives them again from `samples_ns`. A non-finite number is `null`.
     pub fn to_line(&self) -> String {
+        self.object().to_line()
+    }
+
+    /// Keys and values of [`Row::to_line`], in its order.
+    pub(crate) fn object(&self) -> Object {
         let mut out = Object::new("row");
         for (key, text) in [
             ("run", &self.run),
@@ -245,7 +238,7 @@ impl Row {
             out.put(format!("pass.{name}_ns"), *value);
         }
         out.put("samples_ns", self.samples_ns.clone());
-        out.to_line()
+        out
     }
 
     /// Reads one `row` line. Required keys: run, row, problem, technique, form, case, status.
@@ -315,6 +308,29 @@ fn canonical(value: &Value) -> String {
         Some(v) if v.fract() == 0.0 && v.abs() < 9_007_199_254_740_992.0 => (v as i64).to_string(),
         _ => value.to_string(),
     }
+}
+
+pub(crate) fn median_ns(samples_ns: &[Vec<u64>]) -> Option<f64> {
+    median(&mut repeat_medians(samples_ns))
+}
+
+pub(crate) fn mad_ns(samples_ns: &[Vec<u64>]) -> Option<f64> {
+    let mut repeats = repeat_medians(samples_ns);
+    let centre = median(&mut repeats)?;
+    median(&mut repeats.iter().map(|v| (v - centre).abs()).collect::<Vec<_>>())
+}
+
+pub(crate) fn p99_ns(samples_ns: &[Vec<u64>]) -> Option<f64> {
+    let mut all: Vec<u64> = samples_ns.iter().flatten().copied().collect();
+    let rank = (all.len() * 99).div_ceil(100).checked_sub(1)?;
+    Some(*all.select_nth_unstable(rank).1 as f64)
+}
+
+fn repeat_medians(samples_ns: &[Vec<u64>]) -> Vec<f64> {
+    let frames = |repeat: &Vec<u64>| -> Option<f64> {
+        median(&mut repeat.iter().map(|&ns| ns as f64).collect::<Vec<_>>())
+    };
+    samples_ns.iter().filter_map(frames).collect()
 }
 
 /// Mean of the middle two for an even count. Sorts its argument.

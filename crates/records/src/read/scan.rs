@@ -54,9 +54,9 @@ pub(crate) enum Ending {
 /// Tells `visit` what `parse` makes of every line of a block. Of a line that is damaged, or longer
 /// than [`LONGEST_LINE`], the whole ones inside are kept: what is left where a torn file was
 /// concatenated with another, a line feed was lost, or two writers' bytes were mixed.
-pub(crate) fn scan<T>(
-    block: &Block,
-    parse: impl Fn(&[u8]) -> Result<T, RecordError>,
+pub(crate) fn scan<'a, T>(
+    block: &'a Block,
+    parse: impl Fn(&'a [u8]) -> Result<T, RecordError>,
     visit: &mut impl FnMut(Found<T>),
 ) -> Ending {
     if let Part::Piece { first } = block.part {
@@ -114,11 +114,14 @@ fn found<T>(offset: u64, range: Range<usize>, item: T) -> Found<T> {
     Found::Line { offset: offset + range.start as u64, length: range.len(), item }
 }
 
+/// The kind of reason for a line that only a later program understands.
+pub(crate) const LATER_SCHEMA: &str = "of a later schema";
+
 /// Words that follow a number.
 fn kind_of_reason(error: &RecordError, kept: usize, last: bool) -> &'static str {
     match error {
         _ if kept > 0 => "torn or mixed, with whole lines inside that were kept",
-        RecordError::LaterSchema { .. } => "of a later schema",
+        RecordError::LaterSchema { .. } => LATER_SCHEMA,
         RecordError::Kind(_) => "of an unknown kind",
         RecordError::Missing(key) if key == "kind" => "not ours",
         RecordError::Missing(_) => "with a key missing",
@@ -130,9 +133,9 @@ fn kind_of_reason(error: &RecordError, kept: usize, last: bool) -> &'static str 
 
 /// Whole lines of ours inside other bytes. Each begins with [`START`] and is the first JSON value
 /// there: a whole line holds that text only at its beginning, so none is searched beyond the next.
-fn inside<T>(
-    bytes: &[u8],
-    parse: impl Fn(&[u8]) -> Result<T, RecordError>,
+fn inside<'a, T>(
+    bytes: &'a [u8],
+    parse: impl Fn(&'a [u8]) -> Result<T, RecordError>,
     mut keep: impl FnMut(Range<usize>, T),
 ) {
     let starts: Vec<usize> = memmem::find_iter(bytes, START).collect();
