@@ -23,5 +23,5 @@ pub use types::{
     Aabb, AlphaTest, Camera, CameraPath, Instance, Light, Material, Mesh, Projection, Scene,
     Texture,
 };
-pub use validate::{MAX_COORDINATE_M, MAX_TEXTURE_SIDE, MAX_TRIANGLES};
+pub use validate::{MAX_COORDINATE_M, MAX_TEXTURE_SIDE, MAX_TRIANGLES, is_degenerate};
 pub use write::write_glb;

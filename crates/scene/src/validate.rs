@@ -115,8 +115,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Placed triangles without area: two corners coincide, or the height above the longest edge
-    /// is below 1e-12 of it. They are allowed, since exporters write them, and hit by no ray.
+    /// Placed triangles without area ([`is_degenerate`]). They are allowed, since exporters write
+    /// them, and hit by no ray.
     ///
     /// The scene must be valid.
     pub fn degenerate_triangles(&self) -> usize {
@@ -124,7 +124,9 @@ impl Scene {
     }
 }
 
-fn is_degenerate([a, b, c]: &[DVec3; 3]) -> bool {
+/// Whether a triangle has no area: two corners coincide, or the height above the longest edge is
+/// below 1e-12 of it. In any unit.
+pub fn is_degenerate([a, b, c]: &[DVec3; 3]) -> bool {
     let (ab, bc, ca) = (*b - *a, *c - *b, *a - *c);
     let longest = ab.length_squared().max(bc.length_squared()).max(ca.length_squared());
     ab.cross(ca).length() <= 1e-12 * longest

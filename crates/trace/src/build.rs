@@ -3,7 +3,7 @@
 use crate::error::TraceError;
 use crate::space::{Space, padded_box};
 use crate::tracer::{CutOut, Leaf, MeshUvs, OPAQUE, Tracer, UNTRACED};
-use dapple_scene::{Mesh, Scene};
+use dapple_scene::{Mesh, Scene, is_degenerate};
 use glam::{DVec3, Vec2};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
@@ -79,7 +79,8 @@ fn depth(bvh: &Bvh2) -> usize {
 }
 
 impl Tracer {
-    /// Builds the tree over everything placed; materials of opacity 0 are left out. An empty scene
+    /// Builds the tree over everything placed; materials of opacity 0 and triangles
+    /// without area are left out. An empty scene
     /// is fine: every ray misses.
     ///
     /// # Errors
@@ -144,6 +145,13 @@ fn gather_leaves(scene: &Scene, space: &Space) -> (Vec<Leaf>, Vec<CutOut>) {
         if material.opacity <= 0.0 {
             continue;
         }
+        let corners = corners.map(|p| space.enter(p));
+        // No ray hits it. Kept, it would join surfaces that have nothing else in common
+        // (`sheets.rs`), and thousands at one point make a tree as deep as they are many.
+        if is_degenerate(&corners) {
+            continue;
+        }
+        let corners = corners.map(|p| p.to_array());
         let mut cut_out = OPAQUE;
         if let Some(test) = material.alpha_test {
             cut_out = cut_outs.len() as u32;
@@ -152,7 +160,6 @@ fn gather_leaves(scene: &Scene, space: &Space) -> (Vec<Leaf>, Vec<CutOut>) {
             let uvs = mesh.triangles[triangle as usize].map(corner_uv);
             cut_outs.push(CutOut { uvs, texture: test.texture, cutoff: test.cutoff });
         }
-        let corners = corners.map(|p| space.enter(p).to_array());
         leaves.push(Leaf { corners, id: id as u32, cut_out });
     }
     (leaves, cut_outs)

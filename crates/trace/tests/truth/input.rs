@@ -1,8 +1,8 @@
 //! Bad and empty input, alpha tests, what a hit lies on.
 
 use crate::shapes::{icosphere, level_patch, mesh, placed, scene};
-use dapple_scene::{AlphaTest, Camera, Instance, Material, Projection, Texture};
-use dapple_trace::{Ray, TraceError, Tracer, item_buffer, surfaces};
+use dapple_scene::{AlphaTest, Camera, Instance, LightView, Material, Projection, Texture};
+use dapple_trace::{Ray, TraceError, Tracer, filtered_visibility, item_buffer, surfaces};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 #[test]
@@ -99,6 +99,30 @@ fn degenerate_triangles_neither_panic_nor_are_hit() {
     assert_eq!(tracer.closest(&Ray::new(DVec3::new(0.5, 0.0, 1.0), DVec3::NEG_Z)), None);
     let point = placed(mesh(vec![Vec3::ONE], vec![[0, 0, 0]]));
     assert!(!Tracer::build(&point).unwrap().any(&Ray::new(DVec3::ZERO, DVec3::ONE)));
+}
+
+#[test]
+fn degenerate_triangles_are_not_traced_and_join_no_surfaces() {
+    // A floor, a slat above it, and in the same mesh a triangle without area from one to the
+    // other: joined to the floor, the slat would be the floor's own surface and cast no shadow.
+    let square = |y: f32, half: f32| {
+        [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
+            .map(|(x, z)| Vec3::new(x * half, y, z * half))
+    };
+    let positions = [square(0.0, 2.0), square(0.02, 0.5)].concat();
+    let plain = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+    let joined = [plain.clone(), vec![[0, 0, 4]]].concat();
+    let shadow = |triangles: Vec<[u32; 3]>| {
+        let scene = placed(mesh(positions.clone(), triangles));
+        let tracer = Tracer::build(&scene).unwrap();
+        assert_eq!(tracer.traced_triangles(), 4);
+        let view = LightView::fit_directional(DVec3::NEG_Y, &scene.bounds()).unwrap();
+        let ray = Ray::new(DVec3::new(0.0, 0.01, 0.0), DVec3::NEG_Y);
+        let floor = tracer.surface(&ray, &tracer.closest(&ray).unwrap());
+        filtered_visibility(&tracer, &view, &floor, 0.1, 4, 1)
+    };
+    assert_eq!(shadow(plain), 0.0);
+    assert_eq!(shadow(joined), 0.0);
 }
 
 fn from_above(height_m: f64) -> Camera {

@@ -88,13 +88,16 @@ pub fn lit_at(mut scene: Scene, degrees: f64) -> Scene {
     scene
 }
 
-/// `count` triangles without area added to the first mesh that has any triangle: in turn one
+/// `count` triangles without area added to the mesh of most triangles: in turn one
 /// corner three times, one corner twice beside a corner of another triangle, and three corners on
 /// a line along x through the mesh.
 pub fn with_degenerate_triangles(mut scene: Scene, count: u32, seed: u64) -> Scene {
-    let Some(mesh) = scene.meshes.iter_mut().find(|mesh| !mesh.triangles.is_empty()) else {
+    let Some(mesh) = scene.meshes.iter_mut().max_by_key(|mesh| mesh.triangles.len()) else {
         return scene;
     };
+    if mesh.triangles.is_empty() {
+        return scene;
+    }
     let mut rng = Pcg64::seed_from_u64(seed);
     let old = mesh.triangles.clone();
     for i in 0..count {

@@ -122,7 +122,7 @@ fn degenerate() -> Axis {
     Axis {
         id: "degenerate",
         unit: "triangles",
-        help: "triangles without area added to the first mesh: a corner three times, a corner \
+        help: "triangles without area added to the largest mesh: a corner three times, a corner \
                twice, corners on a line; nothing may change",
         values: Values::Whole { least: 0, greatest: 100_000, per_decade: 1 },
         home: 0.0,
