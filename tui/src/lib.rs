@@ -29,6 +29,17 @@ pub struct Options {
     pub program: PathBuf,
     /// Whether colours may be used; meaning never depends on them.
     pub colour: bool,
+    /// A deliberate fault, to test that the terminal is given back.
+    pub fault: Option<Fault>,
+}
+
+/// Where the dashboard panics, if asked to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// While it draws.
+    View,
+    /// In a thread beside the one that draws.
+    Thread,
 }
 
 /// Errors that end the dashboard.

@@ -3,6 +3,7 @@
 use crate::store::Store;
 use dapple_records::{FeedLine, Row};
 use ratatui::crossterm::event::KeyEvent;
+use std::sync::Arc;
 
 /// A child process, by number; never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -17,8 +18,10 @@ pub enum Msg {
     Resize,
     /// Time passes: milliseconds since 1970.
     Tick(i64),
+    /// The terminal or the system asks to leave at once.
+    Terminate,
     /// The records were read.
-    Store(Box<Store>),
+    Store(Arc<Store>),
     /// Whole rows that a screen asked for.
     Rows {
         /// The request's number.
