@@ -371,6 +371,8 @@ pub enum FailOn {
     Worse,
     /// A counter that changed.
     Counters,
+    /// A row that is there no more.
+    Gone,
 }
 
 /// Arguments of `compare`.

@@ -198,7 +198,7 @@ fn rank(ranked: &mut Table, metric: &str, front: &Front, rows: &[&Row], all: boo
 }
 
 /// The knobs in which settings differ from the technique's defaults; all others are defaults.
-fn knobs(row: &Row) -> String {
+pub fn knobs(row: &Row) -> String {
     let technique = problems::find(&row.problem).and_then(|p| p.spec().technique(&row.technique));
     let default = |name: &str| {
         let knob = technique.as_ref().ok()?.knobs.iter().find(|k| k.name == name)?;

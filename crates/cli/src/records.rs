@@ -1,9 +1,9 @@
 //! Reading records for a verb: a file or a folder, and a word on what was skipped.
 
 use crate::output::note;
-use dapple_records::Read;
+use dapple_records::{Read, Skipped, stream::LeftOut};
 use dapple_suite::SuiteError;
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 /// Reads a file or a folder and says on standard error what was skipped, and why.
 pub fn read(path: &Path) -> Result<Read, SuiteError> {
@@ -20,15 +20,21 @@ pub fn read(path: &Path) -> Result<Read, SuiteError> {
 
 /// What was skipped by reason, with the place of the first; none if nothing was.
 pub fn skipped(read: &Read) -> Option<String> {
-    let first = read.skipped.first()?;
-    let reasons: Vec<String> = read
-        .skipped_by_reason()
-        .iter()
-        .map(|(reason, count)| format!("{count} {reason}"))
-        .collect();
+    words(&read.skipped, read.skipped_by_reason())
+}
+
+/// The same of a merge or an export.
+pub fn left_out(left_out: &LeftOut) -> Option<String> {
+    words(&left_out.skipped, &left_out.reasons)
+}
+
+fn words(skipped: &[Skipped], by_reason: &BTreeMap<&'static str, usize>) -> Option<String> {
+    let first = skipped.first()?;
+    let count: usize = by_reason.values().sum();
+    let reasons: Vec<String> =
+        by_reason.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
     Some(format!(
-        "lines skipped: {} ({}); the first is line {} of {}: {}",
-        read.skipped_count(),
+        "lines skipped: {count} ({}); the first is line {} of {}: {}",
         reasons.join(", "),
         first.line,
         first.path.display(),

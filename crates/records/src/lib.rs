@@ -29,6 +29,7 @@ pub mod read;
 pub mod report;
 pub mod row;
 pub mod safe_set;
+pub mod stream;
 pub mod stress;
 pub mod text;
 pub mod time;
