@@ -66,7 +66,7 @@ fn one(
     shown.truncate(MOST_POINTS);
     shown.sort_by(|a, b| a.time_ns.total_cmp(&b.time_ns));
     let series = series(problem, &shown, rows);
-    let dots: Vec<_> = shown.iter().map(|p| dot(p, rows[p.index], &series)).collect();
+    let dots: Vec<_> = shown.iter().map(|p| dot(problem, p, rows[p.index], &series)).collect();
     let title = format!("{}, {}, {}", key.case, key.view, key.size);
     let best = front.points.iter().filter(|p| p.on_front).map(|p| label(rows[p.index]));
     let description = format!(
@@ -91,7 +91,7 @@ fn one(
                 ul.legend { @for (technique, n) in &series { li { (plot::sign(*n)) " " (technique) } } }
             }
         }
-        (table(front, &shown, rows, &metric))
+        (table(problem, front, &shown, rows))
         @if front.points.len() > shown.len() {
             p.dim { (front.points.len() - shown.len()) " slower dominated settings are left out." }
         }
@@ -127,7 +127,12 @@ fn series<'a>(
     ids.map(|id| (id, declared(id).unwrap_or(problem.techniques.len()))).collect()
 }
 
-fn dot(point: &Point, row: &Row, series: &BTreeMap<&str, usize>) -> plot::Dot {
+fn dot(
+    problem: &ProblemInfo,
+    point: &Point,
+    row: &Row,
+    series: &BTreeMap<&str, usize>,
+) -> plot::Dot {
     plot::Dot {
         time_ns: point.time_ns,
         error: point.error,
@@ -138,18 +143,18 @@ fn dot(point: &Point, row: &Row, series: &BTreeMap<&str, usize>) -> plot::Dot {
             label(row),
             duration(point.time_ns),
             significant(point.error),
-            knobs(row)
+            knobs(problem, row)
         ),
     }
 }
 
-fn table(front: &Front, shown: &[&Point], rows: &[&Row], metric: &str) -> Markup {
+fn table(problem: &ProblemInfo, front: &Front, shown: &[&Point], rows: &[&Row]) -> Markup {
     html! {
         div.scroll tabindex="0" { table {
             thead { tr {
                 th scope="col" { "technique" } th.n scope="col" { "time" } th.n scope="col" { "±" }
-                th.n scope="col" { "p99" } th.n scope="col" { (metric) } th.n scope="col" { "memory" }
-                th scope="col" { "standing" } th scope="col" { "knobs" }
+                th.n scope="col" { "p99" } th.n scope="col" { (metric(problem)) } th.n scope="col" { "memory" }
+                th scope="col" { "standing" } th scope="col" { "knobs not at their default" }
             } }
             tbody { @for point in shown {
                 @let row = rows[point.index];
@@ -164,7 +169,7 @@ fn table(front: &Front, shown: &[&Point], rows: &[&Row], metric: &str) -> Markup
                         None => span.good { "on the front" },
                         Some(by) => { "beaten by " (label(rows[front.points[by].index])) },
                     } }
-                    td { (knobs(row)) }
+                    td { (knobs(problem, row)) }
                 }
             } }
         } }
@@ -195,10 +200,14 @@ fn label(row: &Row) -> String {
     format!("{}/{} ({})", row.technique, row.variant, row.form)
 }
 
-fn knobs(row: &Row) -> String {
+/// The knobs that are not at the technique's defaults.
+fn knobs(problem: &ProblemInfo, row: &Row) -> String {
+    let declared = problem.techniques.iter().find(|t| t.id == row.technique);
+    let default = |name: &str| Some(&declared?.knobs.iter().find(|k| k.name == name)?.default);
     let word = |(name, value): (&String, &crate::Value)| match value.as_str() {
         Some(word) => format!("{name}={word}"),
         None => format!("{name}={value}"),
     };
-    row.knobs.iter().map(word).collect::<Vec<_>>().join(" ")
+    let turned = row.knobs.iter().filter(|(name, value)| default(name) != Some(value));
+    turned.map(word).collect::<Vec<_>>().join(" ")
 }

@@ -2,6 +2,7 @@
 
 use super::plot::{self, Axis, Dot};
 use super::*;
+use crate::catalogue::{KnobInfo, TechniqueInfo};
 use crate::claim::{ClaimFigure, ClaimLine};
 use crate::fixtures::{header, row};
 use crate::read::Skipped;
@@ -147,6 +148,32 @@ fn names_and_reasons_cannot_become_markup() {
     assert!(shown >= 12, "shown {shown} times");
     // The control: the parser does find one that is not escaped.
     assert_eq!(texts(&Html::parse_document(&format!("<p>{EVIL}")), "script").len(), 1);
+}
+
+#[test]
+fn only_turned_knobs_are_listed() {
+    let knob = |name: &str, default: i64| KnobInfo {
+        name: name.into(),
+        default: default.into(),
+        ..KnobInfo::default()
+    };
+    let mut problem = info();
+    problem.techniques = vec![TechniqueInfo {
+        id: "technique-7".into(),
+        knobs: vec![knob("resolution", 7), knob("bias", 0)],
+        ..TechniqueInfo::default()
+    }];
+    let read = Read { rows: vec![timed(7, 10, 0.5)], ..Read::default() };
+    let page = page(&Input {
+        read: &read,
+        problems: &[problem],
+        triplets: &[],
+        notes: &[],
+        time: "",
+        command: "",
+    });
+    let cells = texts(&parsed(&page), "#shadow-filtering td");
+    assert_eq!(cells.last().unwrap(), "bias=0.002");
 }
 
 #[test]
