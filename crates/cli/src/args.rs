@@ -434,6 +434,9 @@ pub struct Merge {
     /// The joined file; never overwritten unless it is among the inputs.
     #[arg(short, long)]
     pub output: PathBuf,
+    /// Leave times out of the rows: a small baseline of errors and counters.
+    #[arg(long)]
+    pub strip_times: bool,
 }
 
 /// Arguments of `export`.

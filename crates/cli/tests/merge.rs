@@ -150,3 +150,73 @@ fn parts_and_merges_that_cannot_be_are_refused_with_the_limit() {
     let output = run(at, &["merge", "missing", "-o", "out"]);
     assert_eq!(output.status.code(), Some(3), "{}", said(&output));
 }
+
+/// The page's parts, as its command lines name them.
+const PARTS: usize = 8;
+
+/// Command lines of the program in the code blocks of a page: from the program's name to the end
+/// of the line or of the quotes around it.
+fn commands(page: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut fenced = false;
+    for line in page.lines() {
+        if line.trim_start().starts_with("```") {
+            fenced = !fenced;
+        } else if let Some(at) = line.find("dapple ").filter(|_| fenced) {
+            found.push(line[at..].trim_end().to_string());
+        }
+    }
+    found
+}
+
+/// Runs a line as a shell would, the program found by its name, the sweep a small one.
+#[cfg(unix)]
+fn as_typed(folder: &Path, line: &str, part: usize) -> std::process::Output {
+    let line = line.replace("${{ matrix.part }}", &part.to_string());
+    let line = line.replace("--sweep curated", "--sweep sweep.toml");
+    let program = Path::new(env!("CARGO_BIN_EXE_dapple"));
+    let path = std::env::var("PATH").unwrap_or_default();
+    std::process::Command::new("sh")
+        .args(["-c", &line])
+        .current_dir(folder)
+        .env("PATH", format!("{}:{path}", program.parent().unwrap().display()))
+        .env("DAPPLE_CACHE", "off")
+        .env("SLURM_ARRAY_TASK_ID", part.to_string())
+        .env("JOB_COMPLETION_INDEX", part.to_string())
+        .output()
+        .unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn every_command_line_of_the_page_on_scaling_out_runs_as_typed() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scale-out.md");
+    let all = commands(&fs::read_to_string(page).unwrap());
+    let count = |verb: &str| all.iter().filter(|line| line.starts_with(verb)).count();
+    // One a scheduler.
+    assert_eq!(count("dapple measure "), 3, "{all:?}");
+    assert_eq!((count("dapple merge "), count("dapple front ")), (3, 3), "{all:?}");
+    let mut folder = tempfile::tempdir().unwrap();
+    let sweep = SWEEP.replace("[1, 2, 3, 4]", "[1]");
+    for line in &all {
+        let parts = if line.starts_with("dapple measure ") {
+            folder = tempfile::tempdir().unwrap();
+            fs::write(folder.path().join("sweep.toml"), &sweep).unwrap();
+            0..PARTS
+        } else {
+            0..1
+        };
+        for part in parts {
+            let output = as_typed(folder.path(), line, part);
+            assert!(output.status.success(), "{line}: {}", said(&output));
+        }
+        if line.starts_with("dapple merge ") {
+            let read = read_file(&folder.path().join("all.jsonl")).unwrap();
+            assert_eq!(read.headers.len(), PARTS, "{line}");
+            assert!(!identities(&read.rows).is_empty());
+        }
+    }
+    // Control: a flag that does not exist is noticed.
+    let wrong = all[0].replace("--shard", "--shart");
+    assert!(!as_typed(folder.path(), &wrong, 0).status.success());
+}

@@ -12,7 +12,18 @@ use std::path::{Path, PathBuf};
 
 use crate::error::RecordError;
 use crate::line::Line;
+use crate::row::Row;
 use crate::stream::{LeftOut, Placed, lines, record_files};
+
+/// What becomes of the times of rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Times {
+    /// Every line is copied as it is.
+    Keep,
+    /// Rows keep errors and counters: their clock becomes `none`, and samples, passes and ratios
+    /// are left out. For a small baseline that is never asked for times.
+    Strip,
+}
 
 /// What was joined.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,7 +80,7 @@ struct Kept {
 /// - [`RecordError::Changed`] if an input is rewritten meanwhile; [`RecordError::Io`].
 ///
 /// Nothing is written in any of these cases.
-pub fn merge(inputs: &[PathBuf], output: &Path) -> Result<Merged, RecordError> {
+pub fn merge(inputs: &[PathBuf], output: &Path, times: Times) -> Result<Merged, RecordError> {
     let files = record_files(inputs)?;
     let replaces = is_among(output, &files);
     if !replaces && output.symlink_metadata().is_ok() {
@@ -101,7 +112,7 @@ pub fn merge(inputs: &[PathBuf], output: &Path) -> Result<Merged, RecordError> {
     let mut sorted: Vec<(&Key, &Kept)> = kept.iter().collect();
     // Stable: within a run the map's own order stays.
     sorted.sort_by_key(|(key, _)| rank.get(key.run.as_str()).copied());
-    write(&files, sorted.into_iter().map(|(_, line)| line), output, replaces)?;
+    write(&files, &sorted, output, replaces, times)?;
     Ok(merged)
 }
 
@@ -187,17 +198,30 @@ fn text(
     }
 }
 
+fn stripped(text: &[u8]) -> Result<Vec<u8>, RecordError> {
+    let mut row = Row::from_line(&String::from_utf8_lossy(text))?;
+    // A row that was not timed to begin with keeps what it says of its clock.
+    if !row.samples_ns.is_empty() {
+        row.clock = "none".into();
+    }
+    row.samples_ns.clear();
+    row.passes_ns.clear();
+    row.ratio = None;
+    Ok(row.to_line().into_bytes())
+}
+
 /// Whether the output is one of the files, by whatever name.
 fn is_among(output: &Path, files: &[PathBuf]) -> bool {
     let Ok(output) = fs::canonicalize(output) else { return false };
     files.iter().any(|file| fs::canonicalize(file).is_ok_and(|file| file == output))
 }
 
-fn write<'a>(
+fn write(
     files: &[PathBuf],
-    kept: impl Iterator<Item = &'a Kept>,
+    sorted: &[(&Key, &Kept)],
     output: &Path,
     replaces: bool,
+    times: Times,
 ) -> Result<(), RecordError> {
     let failed = |e| RecordError::io("write", output, e);
     let folder = output.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -209,7 +233,7 @@ fn write<'a>(
     let temporary = builder.tempfile_in(folder).map_err(failed)?;
     let mut sources: BTreeMap<usize, File> = BTreeMap::new();
     let mut out = BufWriter::new(temporary.as_file());
-    for line in kept {
+    for (key, line) in sorted {
         let path = &files[line.file];
         let source = match sources.entry(line.file) {
             Entry::Occupied(there) => there.into_mut(),
@@ -221,6 +245,10 @@ fn write<'a>(
         if hash(&text) != line.hash {
             return Err(RecordError::Changed(path.clone()));
         }
+        let text = match times {
+            Times::Strip if key.kind == ROW => stripped(&text)?,
+            Times::Keep | Times::Strip => text,
+        };
         out.write_all(&text).and_then(|()| out.write_all(b"\n")).map_err(failed)?;
     }
     out.flush().and_then(|()| temporary.as_file().sync_all()).map_err(failed)?;
@@ -245,7 +273,7 @@ mod tests {
     use super::*;
     use crate::fixtures::{config, header, row};
     use crate::line::RunEnd;
-    use crate::{ClaimLine, GateLine, Row, StressLine, read_file};
+    use crate::{ClaimLine, GateLine, StressLine, read_file};
 
     fn end(run: &str, rows: u64) -> String {
         RunEnd { run: run.into(), time: "2026-01-02T03:04:06.000Z".into(), rows }.to_line()
@@ -333,7 +361,7 @@ mod tests {
             let mut paths = write_files(folder.path(), &files);
             let doubled = places.iter().filter(|(a, b)| a != b).count();
             let first = folder.path().join("first");
-            let merged = merge(&paths, &first).unwrap();
+            let merged = merge(&paths, &first, Times::Keep).unwrap();
             prop_assert_eq!((merged.lines, merged.duplicates, merged.replaced), (22, doubled, 0));
             prop_assert_eq!((merged.runs, merged.rows, merged.unfinished), (2, 10, 0));
 
@@ -342,14 +370,14 @@ mod tests {
                 paths.swap(0, 2);
             }
             let second = folder.path().join("second");
-            merge(&paths, &second).unwrap();
+            merge(&paths, &second, Times::Keep).unwrap();
             let bytes = fs::read(&first).unwrap();
             prop_assert!(bytes == fs::read(&second).unwrap(), "the order of the inputs shows");
 
             let third = folder.path().join("third");
-            merge(&[first.clone(), second, paths[0].clone()], &third).unwrap();
+            merge(&[first.clone(), second, paths[0].clone()], &third, Times::Keep).unwrap();
             prop_assert!(bytes == fs::read(&third).unwrap(), "a merge of merges is another");
-            merge(&[first.clone()], &first).unwrap();
+            merge(&[first.clone()], &first, Times::Keep).unwrap();
             prop_assert!(bytes == fs::read(&first).unwrap(), "in place it is another");
 
             let read = read_file(&first).unwrap();
@@ -368,7 +396,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let paths = write_files(folder.path(), &[a.to_vec(), b.to_vec()]);
         let out = folder.path().join("out");
-        merge(&paths, &out).unwrap();
+        merge(&paths, &out, Times::Keep).unwrap();
         let text = fs::read_to_string(&out).unwrap();
         assert_ne!(text.trim_end(), lines.join("\n"), "the order of the runs was not decided");
     }
@@ -382,7 +410,7 @@ mod tests {
             let files = order.map(|row| vec![row.to_line()]);
             let paths = write_files(folder.path(), &files);
             let out = folder.path().join(format!("out{i}"));
-            let merged = merge(&paths, &out).unwrap();
+            let merged = merge(&paths, &out, Times::Keep).unwrap();
             assert_eq!((merged.replaced, merged.duplicates, merged.unfinished), (1, 0, 1));
             assert_eq!(read_file(&out).unwrap().rows, [new.clone()]);
         }
@@ -391,7 +419,7 @@ mod tests {
         let outs = [[&old, &twin], [&twin, &old]].map(|order| {
             let paths = write_files(folder.path(), &order.map(|row| vec![row.to_line()]));
             let out = folder.path().join("twins");
-            merge(&paths, &out).unwrap();
+            merge(&paths, &out, Times::Keep).unwrap();
             let text = fs::read_to_string(&out).unwrap();
             fs::remove_file(&out).unwrap();
             text
@@ -407,7 +435,7 @@ mod tests {
         let input = folder.path().join("in.jsonl");
         fs::write(&input, text).unwrap();
         let out = folder.path().join("out.jsonl");
-        let merged = merge(&[input], &out).unwrap();
+        let merged = merge(&[input], &out, Times::Keep).unwrap();
         assert_eq!((merged.lines, merged.left_out.reasons.values().sum::<usize>()), (1, 2));
         assert_eq!(fs::read_to_string(&out).unwrap(), future + "\n");
     }
@@ -419,10 +447,30 @@ mod tests {
         let paths =
             write_files(folder.path(), &[vec![row(0).to_line()], vec![row(2).to_line(), later]]);
         let out = folder.path().join("out");
-        let error = merge(&paths, &out).unwrap_err().to_string();
+        let error = merge(&paths, &out, Times::Keep).unwrap_err().to_string();
         assert!(error.contains("1.jsonl line 2: schema 2 is later than 1"), "{error}");
         let left: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
         assert_eq!(left.len(), 2, "nothing may be written: {left:?}");
+    }
+
+    #[test]
+    fn a_baseline_keeps_errors_and_counters_and_no_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = write_files(folder.path(), &[lines_of_two_runs(3)]);
+        let outs = ["once", "twice", "whole"].map(|name| folder.path().join(name));
+        merge(&paths, &outs[0], Times::Strip).unwrap();
+        merge(&outs[..1], &outs[1], Times::Strip).unwrap();
+        merge(&paths, &outs[2], Times::Keep).unwrap();
+        assert_eq!(fs::read(&outs[0]).unwrap(), fs::read(&outs[1]).unwrap());
+        let (stripped, whole) = (read_file(&outs[0]).unwrap(), read_file(&outs[2]).unwrap());
+        assert_eq!(stripped.rows.len(), 6);
+        for (row, whole) in stripped.rows.iter().zip(&whole.rows) {
+            crate::validate(row).unwrap();
+            assert_eq!((&row.errors, &row.counters), (&whole.errors, &whole.counters));
+            assert!(row.samples_ns.is_empty() && row.passes_ns.is_empty() && row.ratio.is_none());
+            assert!(!whole.samples_ns.is_empty());
+        }
+        assert_eq!(stripped.gates, whole.gates);
     }
 
     #[test]
@@ -431,20 +479,21 @@ mod tests {
         let paths = write_files(folder.path(), &[vec![row(0).to_line()]]);
         let out = folder.path().join("precious");
         fs::write(&out, "mine").unwrap();
-        let error = merge(&paths, &out).unwrap_err();
+        let error = merge(&paths, &out, Times::Keep).unwrap_err();
         assert!(matches!(error, RecordError::Exists(path) if path == out));
         assert_eq!(fs::read_to_string(&out).unwrap(), "mine");
         // In a folder that is an input, the output of an earlier merge is an input too.
         let again = folder.path().join("all.jsonl");
         for _ in 0..2 {
-            merge(&[folder.path().to_path_buf()], &again).unwrap();
+            merge(&[folder.path().to_path_buf()], &again, Times::Keep).unwrap();
         }
         let empty = folder.path().join("empty.jsonl");
         fs::write(&empty, "\n").unwrap();
-        let error = merge(&[empty], &folder.path().join("none")).unwrap_err();
+        let error = merge(&[empty], &folder.path().join("none"), Times::Keep).unwrap_err();
         assert!(error.to_string().contains("empty.jsonl"), "{error}");
         assert!(!folder.path().join("none").exists());
-        let missing = merge(&[folder.path().join("missing")], &folder.path().join("none"));
+        let missing =
+            merge(&[folder.path().join("missing")], &folder.path().join("none"), Times::Keep);
         assert!(matches!(missing, Err(RecordError::Io { .. })));
     }
 }

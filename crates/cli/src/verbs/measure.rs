@@ -31,10 +31,14 @@ use std::{
 
 /// Measures a sweep or a problem and prints the fronts of the run, or tells a dashboard.
 pub fn run(args: &args::Measure) -> Result<Outcome> {
-    let result = measure(args);
-    if args.feed {
-        feed::tell_end(&result)?;
+    if !args.feed {
+        return measure(args);
     }
+    // A dashboard that goes away must not take a row along that is just being written.
+    die_of_closed_pipes(false);
+    let result = measure(args);
+    // Nobody may be there to hear it.
+    let _ = feed::tell_end(&result);
     result
 }
 
@@ -88,8 +92,7 @@ fn shown(plan: &Plan, options: &Options, stop: &AtomicBool) -> Result<Finished, 
 /// With JSON lines. A dashboard that goes away ends the run, which can be resumed.
 fn told(plan: &Plan, options: &Options, stop: &AtomicBool) -> Result<Finished, SuiteError> {
     let (mut group, mut done) = (String::new(), 0);
-    die_of_closed_pipes(false);
-    let finished = run::run(plan, options, stop, &mut |progress| {
+    run::run(plan, options, stop, &mut |progress| {
         let told = match progress {
             Progress::Started { path, total, resumed } => {
                 done = resumed;
@@ -115,9 +118,7 @@ fn told(plan: &Plan, options: &Options, stop: &AtomicBool) -> Result<Finished, S
         if told.is_err() {
             stop.store(true, Ordering::Relaxed);
         }
-    });
-    die_of_closed_pipes(true);
-    finished
+    })
 }
 
 /// The child's side.

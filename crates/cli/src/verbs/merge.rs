@@ -4,13 +4,14 @@ use crate::{Outcome, args, output::note, records};
 use anyhow::Result;
 use dapple_records::{
     RecordError,
-    merge::{Merged, merge},
+    merge::{Merged, Times, merge},
 };
 use dapple_suite::SuiteError;
 
 /// Joins records and says on standard error what became of them.
 pub fn run(args: &args::Merge) -> Result<Outcome> {
-    let merged = merge(&args.inputs, &args.output).map_err(|error| match error {
+    let times = if args.strip_times { Times::Strip } else { Times::Keep };
+    let merged = merge(&args.inputs, &args.output, times).map_err(|error| match error {
         // The input is at fault, not the disk.
         RecordError::LaterSchemaIn { .. } | RecordError::Exists(_) | RecordError::Empty(_) => {
             SuiteError::Usage(error.to_string())
