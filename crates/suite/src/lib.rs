@@ -13,6 +13,7 @@ pub mod plan;
 pub mod problem;
 pub mod problems;
 pub mod run;
+pub mod shell;
 pub mod stress;
 pub mod sweep;
 pub mod truth_cache;

@@ -4,10 +4,17 @@
 //! breaks is decided by the axis's [`Criterion`], by an invariant or port gate, by a value that is
 //! not finite, or by a crash; bad input must be refused.
 
+pub mod child;
+pub mod judge;
+pub mod line;
+pub mod run;
+pub mod search;
+
 use crate::{
     SuiteError,
     case::Case,
-    problem::{Form, Prepared, Setting},
+    knob::{self, Knobs},
+    problem::{Form, Prepared, Problem, Setting, Spec},
 };
 use dapple_gpu::Gpu;
 
@@ -98,3 +105,110 @@ pub struct Axis {
     /// The setting at a value; `None` for a technique to which the axis means nothing.
     pub setting: fn(&Setting, f64) -> Option<Setting>,
 }
+
+impl Values {
+    /// A value for people; [`Values::parse`] reads it back bit for bit.
+    pub fn label(self, value: f64) -> String {
+        match self {
+            Self::Words(words) => {
+                let word = words.get(value as usize).filter(|_| value >= 0.0);
+                word.map_or_else(|| value.to_string(), ToString::to_string)
+            }
+            // Rust writes the shortest text that reads back as the same number.
+            _ if value == 0.0 || (1e-3..1e6).contains(&value.abs()) => value.to_string(),
+            _ => format!("{value:e}"),
+        }
+    }
+
+    /// Reads a value typed on a command line.
+    ///
+    /// # Errors
+    /// [`SuiteError::Unknown`] for a word that is none of them, [`SuiteError::Value`] for what is
+    /// no number on the axis.
+    pub fn parse(self, axis: &str, text: &str) -> Result<f64, SuiteError> {
+        if let Self::Words(words) = self {
+            let position = words.iter().position(|word| *word == text);
+            let position = position.map(|position| position as f64);
+            return position
+                .ok_or_else(|| SuiteError::unknown("value", text, words.iter().copied()));
+        }
+        let (least, greatest) = search::ends(self).unwrap_or_default();
+        let fits = |value: &f64| {
+            let whole = !matches!(self, Self::Whole { .. }) || value.fract() == 0.0;
+            (least..=greatest).contains(value) && whole
+        };
+        text.parse().ok().filter(fits).ok_or_else(|| SuiteError::Value {
+            what: "axis",
+            name: axis.into(),
+            value: text.into(),
+            limit: format!("must be {}", self.limit()),
+        })
+    }
+
+    /// What there is, for people.
+    pub fn limit(self) -> String {
+        let (least, greatest) = search::ends(self).unwrap_or_default();
+        let (least, greatest) = (self.label(least), self.label(greatest));
+        match self {
+            Self::Words(words) => format!("one of {}", words.join(", ")),
+            Self::Whole { .. } => format!("an integer in {least}..={greatest}"),
+            _ => format!("a number in {least}..={greatest}"),
+        }
+    }
+}
+
+impl Axis {
+    /// Its grid with home among it, ascending.
+    pub fn grid(&self) -> Vec<f64> {
+        search::grid(self.values, self.home)
+    }
+
+    /// Parameters of the case: those given, else the axis's own, else the problem's.
+    ///
+    /// # Errors
+    /// As [`knob::complete`].
+    pub fn case_parameters(&self, spec: &Spec, given: &Knobs) -> Result<Knobs, SuiteError> {
+        let mut parameters = Knobs::new();
+        for (name, value) in self.parameters {
+            let assignment = format!("{name}={value}");
+            let (name, value) = knob::parse_assignment("parameter", spec.parameters, &assignment)?;
+            parameters.insert(name, value);
+        }
+        parameters.extend(given.clone());
+        knob::complete("parameter", spec.parameters, &parameters)
+    }
+
+    /// What is wrong with the declaration, if anything.
+    pub fn fault(&self, spec: &Spec) -> Option<String> {
+        let Criterion { metric, times, plus } = self.criterion;
+        let home = search::at_home(self.values, self.home);
+        if home != Some(self.home) {
+            Some(format!("home {} is not {}", self.home, self.values.limit()))
+        } else if (self.must_refuse)(self.home) {
+            Some("home itself must be refused".into())
+        } else if !spec.metrics.iter().any(|m| m.name == metric) {
+            Some(format!("no metric `{metric}`"))
+        } else if !(times >= 1.0 && times.is_finite() && plus >= 0.0 && plus.is_finite()) {
+            Some(format!("an error of {times} times home's and {plus} is not safe at home"))
+        } else if self.forms.is_empty() || self.forms.contains(&Form::Reference) {
+            Some("its forms must be some of cpu and gpu".into())
+        } else {
+            self.case_parameters(spec, &Knobs::new()).err().map(|error| error.to_string())
+        }
+    }
+}
+
+/// The axis of that name.
+///
+/// # Errors
+/// [`SuiteError::Unknown`] with the names there are.
+pub fn find_axis(problem: &dyn Problem, id: &str) -> Result<Axis, SuiteError> {
+    let mut axes = problem.stress();
+    let Some(position) = axes.iter().position(|axis| axis.id == id) else {
+        return Err(SuiteError::unknown("axis", id, axes.iter().map(|axis| axis.id)));
+    };
+    Ok(axes.swap_remove(position))
+}
+
+#[cfg(test)]
+mod tests;

@@ -219,7 +219,7 @@ fn unique<T: Serialize>(mut items: Vec<T>) -> Vec<T> {
     items
 }
 
-fn cases(spec: &Spec, measure: &Measure) -> Result<Vec<Case>, SuiteError> {
+pub(crate) fn cases(spec: &Spec, measure: &Measure) -> Result<Vec<Case>, SuiteError> {
     let or = |list: &[String], other: &str| {
         if list.is_empty() { vec![other.to_string()] } else { list.to_vec() }
     };
@@ -242,7 +242,7 @@ fn cases(spec: &Spec, measure: &Measure) -> Result<Vec<Case>, SuiteError> {
     Ok(unique(cases))
 }
 
-fn settings(
+pub(crate) fn settings(
     spec: &'static Spec,
     measure: &Measure,
     notes: &mut Vec<String>,

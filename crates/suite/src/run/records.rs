@@ -1,7 +1,11 @@
 //! The record file of a run: a new one, or that of an unfinished run of the same work.
 
 use super::Options;
-use crate::{SuiteError, case::DATA_VARIABLE, environment::environment};
+use crate::{
+    SuiteError,
+    case::DATA_VARIABLE,
+    environment::{environment, run_header},
+};
 use dapple_records::{Read, RunHeader, Writer};
 use std::{fs::File, io};
 
@@ -25,9 +29,9 @@ pub(crate) fn resume_key(work: &str, options: &Options) -> String {
 /// # Errors
 /// A folder or file that cannot be written, or that another process is writing.
 pub(crate) fn open(name: &str, key: &str, options: &Options) -> Result<(Writer, Read), SuiteError> {
-    let facts = environment();
+    let machine = &environment().machine;
     if !options.fresh
-        && let Some(path) = dapple_records::unfinished(&options.records, key, &facts.machine)
+        && let Some(path) = dapple_records::unfinished(&options.records, key, machine)
     {
         let writer = Writer::resume(&path)?;
         // Read under the writer's lock: another process may have ended the run just now.
@@ -39,23 +43,8 @@ pub(crate) fn open(name: &str, key: &str, options: &Options) -> Result<(Writer, 
             return Ok((writer, read));
         }
     }
-    let header = RunHeader {
-        run: dapple_records::new_run_id(),
-        sweep: name.into(),
-        sweep_hash: key.into(),
-        command: options.command.clone(),
-        shard: options.shard.clone(),
-        machine: facts.machine.clone(),
-        cpu: facts.cpu.clone(),
-        threads: facts.threads,
-        memory_bytes: facts.memory_bytes,
-        revision: facts.revision.clone(),
-        dirty: facts.dirty,
-        time: dapple_records::time::now(),
-        version: env!("CARGO_PKG_VERSION").into(),
-        os: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        ..RunHeader::default()
-    };
+    let header =
+        RunHeader { shard: options.shard.clone(), ..run_header(name, key, &options.command) };
     let writer = Writer::create(&options.records, &header)?;
     Ok((writer, Read::default()))
 }

@@ -51,23 +51,40 @@ impl<'g> Crown<'g> {
             Source::MissingData(path) => return Err(case::missing_data(&path)),
         };
         let path = FactorPath { seed: case.seed, frames };
+        let facts = Facts { scene: case.scene.clone(), scene_hash, notes, ..Facts::default() };
+        Self::of(
+            cells,
+            frames,
+            |cells, frame, out| path.factors_into(cells, frame, out),
+            facts,
+            gpu,
+        )
+    }
+
+    /// The same for cells and factors at hand: `factors_of` gives those of a frame, one a cell.
+    pub fn of(
+        cells: Cells,
+        frames: u32,
+        factors_of: impl Fn(&Cells, u32, &mut Vec<f32>),
+        facts: Facts,
+        gpu: Option<&'g Gpu>,
+    ) -> Result<Self, SuiteError> {
+        cells.validate()?;
         let mut factors = Vec::new();
         let mut truth = Vec::new();
         let mut raw = Vec::new();
         for frame in 0..frames {
             let mut quantised = Vec::new();
-            path.factors_into(&cells, frame, &mut raw);
+            factors_of(&cells, frame, &mut raw);
             quantise_into(&raw, &mut quantised)?;
             truth.push(reference::extract(&cells, &quantised)?);
             factors.push(quantised);
         }
         let facts = Facts {
-            scene: case.scene.clone(),
-            scene_hash,
             view: format!("path of {frames}"),
-            size: format!("{} leaves in {n_cells} cells", cells.leaf_ids.len()),
+            size: format!("{} leaves in {} cells", cells.leaf_ids.len(), cells.len()),
             truth: SPEC.truth.into(),
-            notes,
+            ..facts
         };
         Ok(Self { gpu, cells, factors, truth, facts })
     }
