@@ -138,7 +138,7 @@ fn the_table_can_show_the_front_alone_and_the_selection_stays() {
     assert_eq!(state.point().unwrap().time_ns, 1e5, "still vsm");
     // Read again: positions may be others, the setting is the same.
     let store = Store::of(world.store.index.clone());
-    state.hear(&Msg::Store(Box::new(store)), &mut world);
+    state.hear(&Msg::Store(store.into()), &mut world);
     assert_eq!(state.point().unwrap().time_ns, 1e5);
 }
 
@@ -161,7 +161,7 @@ fn one_row_is_asked_for_at_a_time_and_stale_answers_are_ignored() {
     assert_eq!(state.row().unwrap().as_ref().unwrap().technique, "vsm");
     assert_eq!(state.update(Action::Up, &mut now), [], "remembered");
     // New records: what was read is of positions that are gone.
-    let store = Msg::Store(Box::new(Store::of(now.store.index.clone())));
+    let store = Msg::Store(Store::of(now.store.index.clone()).into());
     assert_eq!(state.hear(&store, &mut now).len(), 1);
     assert!(state.row().is_none());
     let trouble = Msg::Rows { request: now.request, rows: Err("the file is gone".into()) };
@@ -176,7 +176,7 @@ fn a_hidden_screen_does_no_work_and_shows_the_new_records_when_entered() {
     let (mut state, _) = entered(&mut world);
     state.leave(&mut world);
     world.store = Arc::default();
-    assert_eq!(state.hear(&Msg::Store(Box::default()), &mut world), []);
+    assert_eq!(state.hear(&Msg::Store(Store::default().into()), &mut world), []);
     assert_eq!(state.model.points.len(), 6, "not made anew");
     state.enter(&mut world);
     assert!(state.model.points.is_empty() && world.focus.is_some());

@@ -72,17 +72,20 @@ impl State {
             if list > 1 { format!(" {}/{list}", at + 1) } else { String::new() }
         };
         let on_front = model.points.iter().filter(|p| p.on_front).count();
-        let mut facts =
-            format!(" {}, {on_front} on the front", plural(model.points.len(), "setting"));
+        let facts = format!(" {}, {on_front} on the front", plural(model.points.len(), "setting"));
+        let title = format!("{}: {} against time.", world.problem, model.metric);
+        let mut left_out = String::new();
         if !model.left_out.is_empty() {
             let reasons: Vec<String> =
                 model.left_out.iter().map(|(why, n)| format!("{} {why}", count(*n))).collect();
-            facts += &format!("; left out: {}", reasons.join(", "));
+            left_out = format!("; left out: {}", reasons.join(", "));
         }
-        let clock = if model.gpu_clock { "gpu clock" } else { "wall clock" };
-        let title = format!("{}: {} against time, {clock}.", world.problem, model.metric);
-        let mut lines =
-            vec![Line::from(vec![Span::styled(title, theme.title()), Span::raw(facts)])];
+        let room = usize::from(width).saturating_sub(text::width(&title) + text::width(&facts));
+        let mut lines = vec![Line::from(vec![
+            Span::styled(title, theme.title()),
+            Span::raw(facts),
+            Span::raw(text::fit(&left_out, room)),
+        ])];
         let case = model.cases.get(model.case).cloned().unwrap_or_default();
         let place = model.places.get(model.place).cloned().unwrap_or_default();
         let software = place.device == "software";
@@ -123,7 +126,9 @@ impl State {
             None => self.model.metric.clone(),
         };
         let selected = self.cursor.at(self.listed.len());
-        Scatter { marks: &marks, selected, x_title: "median time", y_title: &y_title }.draw(
+        let x_title =
+            if self.model.gpu_clock { "median time, gpu clock" } else { "median time, wall clock" };
+        Scatter { marks: &marks, selected, x_title, y_title: &y_title }.draw(
             world.theme,
             area,
             buf,
@@ -249,7 +254,8 @@ fn told(row: &Row) -> Vec<Pair> {
     if !times.is_empty() {
         let what = plural(row.samples_ns.len(), "repeat");
         let samples = format!("{what}, {} to {}", duration(least), duration(most));
-        let ratio = row.ratio.map(|r| format!("; {} of {}", significant(r), row.baseline));
+        let ratio = row.ratio.filter(|_| !row.baseline.is_empty());
+        let ratio = ratio.map(|r| format!("; x{} of {}", significant(r), row.baseline));
         pairs.push(pair("samples", samples + &ratio.unwrap_or_default()));
     }
     pairs.push(pair("errors", list(errors.collect())));
