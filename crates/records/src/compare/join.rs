@@ -1,6 +1,6 @@
 //! Which row after belongs to which row before.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::front;
 use crate::row::{Row, Status};
@@ -35,13 +35,12 @@ pub(super) fn join(old: &[Row], new: &[Row], any_machine: bool) -> Joined {
     let mut left_new: Vec<usize> = after.into_values().collect();
 
     let by_setting = |rows: &[Row], i: usize| setting(&rows[i], any_machine);
-    for (a, b) in matched((old, &left_old), (new, &left_new), &by_setting, &|a, b| {
+    let of_setting = matched((old, &left_old), (new, &left_new), &by_setting, &|a, b| {
         is_unplaced(a) || is_unplaced(b)
-    }) {
-        joined.pairs.push((Some(a), Some(b)));
-        left_old.retain(|i| *i != a);
-        left_new.retain(|i| *i != b);
-    }
+    });
+    take(&mut left_old, of_setting.iter().map(|pair| pair.0));
+    take(&mut left_new, of_setting.iter().map(|pair| pair.1));
+    joined.pairs.extend(of_setting.into_iter().map(|(a, b)| (Some(a), Some(b))));
     if !any_machine {
         joined.refused = refuse(old, new, &mut left_old, &mut left_new);
     }
@@ -125,12 +124,20 @@ fn counting(rows: &[Row], any_machine: bool) -> BTreeMap<Key, usize> {
     let rivals = matched((rows, &all), (rows, &all), &by_setting, &|placed, unplaced| {
         !is_unplaced(placed) && is_unplaced(unplaced)
     });
-    for (placed, unplaced) in rivals {
+    let beaten = |(placed, unplaced): (usize, usize)| {
         let failed = matches!(rows[unplaced].status, Status::Failed { .. });
         let stands = failed && rows[unplaced].time > rows[placed].time;
-        counting.retain(|_, i| *i != if stands { placed } else { unplaced });
-    }
+        if stands { placed } else { unplaced }
+    };
+    let beaten: BTreeSet<usize> = rivals.into_iter().map(beaten).collect();
+    counting.retain(|_, i| !beaten.contains(i));
     counting
+}
+
+/// Takes positions out of a list.
+fn take(list: &mut Vec<usize>, out: impl Iterator<Item = usize>) {
+    let out: BTreeSet<usize> = out.collect();
+    list.retain(|i| !out.contains(i));
 }
 
 type Rows<'a> = (&'a [Row], &'a [usize]);
@@ -182,17 +189,17 @@ fn refuse(
     elsewhere.retain(|_, (a, b)| !a.is_empty() && !b.is_empty());
 
     let mut counts: BTreeMap<(String, String), usize> = BTreeMap::new();
-    for (before, after) in elsewhere.into_values() {
+    for (before, after) in elsewhere.values() {
         let places = |rows: &[Row], of: &[usize]| {
             let mut names: Vec<String> = of.iter().map(|&i| place_name(&rows[i])).collect();
             names.sort();
             names.dedup();
             names.join(" and ")
         };
-        *counts.entry((places(old, &before), places(new, &after))).or_insert(0) += 1;
-        left_old.retain(|i| !before.contains(i));
-        left_new.retain(|i| !after.contains(i));
+        *counts.entry((places(old, before), places(new, after))).or_insert(0) += 1;
     }
+    take(left_old, elsewhere.values().flat_map(|(before, _)| before.iter().copied()));
+    take(left_new, elsewhere.values().flat_map(|(_, after)| after.iter().copied()));
     let sentence = |((old, new), count): ((String, String), usize)| {
         format!("{count} rows were measured on {old} before, on {new} after")
     };

@@ -52,12 +52,24 @@ fn words(compared: &Compared<'_>, pair: &Pair) -> Words {
     Words {
         change: if changes.is_empty() { "same".into() } else { changes.join(", ") },
         technique: technique.unwrap_or_default(),
-        case: row.map(|row| row.case.clone()).unwrap_or_default(),
+        case: row.map(|row| case(compared, row)).unwrap_or_default(),
         before: time.map(|t| duration(t.old_ns)).unwrap_or_default(),
         after: time.map(|t| duration(t.new_ns)).unwrap_or_default(),
         ratio: time.map(|t| t.ratio).filter(|ratio| ratio.is_finite()),
         noise: time.map(noise).unwrap_or_default(),
         what: what(pair, new),
+    }
+}
+
+/// The case's name, with its truth where other cases have the same name.
+fn case(compared: &Compared<'_>, row: &Row) -> String {
+    let mut alike = compared.old.iter().chain(compared.new).filter(|other| {
+        // A row that was not prepared knows no truth.
+        other.status == Status::Ok && (&other.problem, &other.case) == (&row.problem, &row.case)
+    });
+    match alike.any(|other| other.truth != row.truth) {
+        true => format!("{}, {}", row.case, row.truth),
+        false => row.case.clone(),
     }
 }
 
