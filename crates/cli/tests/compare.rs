@@ -73,7 +73,7 @@ fn a_counter_and_an_error_that_changed_fail_the_build_and_name_the_row() {
         (|r| *r.errors.get_mut("rmse").unwrap() /= 2.0, "rmse 0.05000 → 0.1000"),
         (|r| *r.counters.get_mut("texels").unwrap() += 1, "texels 101 → 100"),
         (|r| *r = Row { technique: "evsm".into(), ..r.clone() }.identified(), "gone"),
-        (|r| drop(r.counters.insert("taps".into(), 9)), "taps 9 → none"),
+        (|r| r.counters = BTreeMap::from([("taps".into(), 9)]), "taps 9 → none"),
     ];
     for (change, expect) in changes {
         let mut old = both();
@@ -95,6 +95,25 @@ fn a_counter_and_an_error_that_changed_fail_the_build_and_name_the_row() {
     *old[3].errors.get_mut("rmse").unwrap() += 1e-4;
     write(at, "old.jsonl", &old);
     assert_eq!(as_in_ci(at).status.code(), Some(0));
+}
+
+#[test]
+fn cases_of_one_name_are_told_apart_by_their_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let other = |row: Row| Row { truth: "64 rays".into(), ..row }.identified();
+    let old = [both(), both().into_iter().map(other).collect()].concat();
+    let mut new = old.clone();
+    *new[5].errors.get_mut("rmse").unwrap() *= 2.0;
+    write(at, "old.jsonl", &old);
+    write(at, "new.jsonl", &new);
+    let text = stdout(&as_in_ci(at));
+    assert!(text.contains("8 rows compared, 1 worse"), "{text}");
+    assert!(text.contains("spheres, 64 rays") && !text.contains("spheres, 8 rays"), "{text}");
+    // A name that stands for one case stands alone.
+    write(at, "old.jsonl", &old[4..]);
+    write(at, "new.jsonl", &new[4..]);
+    assert!(!stdout(&as_in_ci(at)).contains("64 rays"));
 }
 
 #[test]

@@ -10,17 +10,22 @@ use crate::{
 };
 use anyhow::Result;
 use dapple_records::{
-    Row,
+    Row, Status,
     compare::{Change, Comparison, Options, compare},
 };
 use dapple_suite::{SuiteError, environment::requires_gpu};
-use std::path::Path;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 /// Two runs and what became of their rows.
 struct Compared<'a> {
     old: &'a [Row],
     new: &'a [Row],
     comparison: &'a Comparison,
+    /// Problems and names of cases that share their name with another: they differ in truth.
+    same_names: BTreeSet<(&'a str, &'a str)>,
     /// Also what did not change.
     all: bool,
 }
@@ -38,7 +43,9 @@ pub fn run(args: &args::Compare) -> Result<Outcome> {
         }
         return Err(SuiteError::Usage(text).into());
     }
-    let compared = Compared { old: &old, new: &new, comparison: &comparison, all: args.all };
+    let same_names = same_names(old.iter().chain(&new));
+    let all = args.all;
+    let compared = Compared { old: &old, new: &new, comparison: &comparison, same_names, all };
     match args.format {
         CompareFormat::Table => text::table(&compared)?,
         CompareFormat::Jsonl => text::jsonl(&compared)?,
@@ -58,6 +65,15 @@ pub fn run(args: &args::Compare) -> Result<Outcome> {
         return Ok(Outcome::CheckFailed);
     }
     Ok(Outcome::Ok)
+}
+
+fn same_names<'a>(rows: impl Iterator<Item = &'a Row>) -> BTreeSet<(&'a str, &'a str)> {
+    let mut truths: BTreeMap<(&str, &str), BTreeSet<&str>> = BTreeMap::new();
+    // A row that was not prepared knows no truth.
+    for row in rows.filter(|row| row.status == Status::Ok) {
+        truths.entry((&row.problem, &row.case)).or_default().insert(&row.truth);
+    }
+    truths.into_iter().filter(|(_, truths)| truths.len() > 1).map(|(case, _)| case).collect()
 }
 
 fn check(args: &args::Compare) -> Result<(), SuiteError> {

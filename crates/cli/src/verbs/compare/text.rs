@@ -63,11 +63,7 @@ fn words(compared: &Compared<'_>, pair: &Pair) -> Words {
 
 /// The case's name, with its truth where other cases have the same name.
 fn case(compared: &Compared<'_>, row: &Row) -> String {
-    let mut alike = compared.old.iter().chain(compared.new).filter(|other| {
-        // A row that was not prepared knows no truth.
-        other.status == Status::Ok && (&other.problem, &other.case) == (&row.problem, &row.case)
-    });
-    match alike.any(|other| other.truth != row.truth) {
+    match compared.same_names.contains(&(row.problem.as_str(), row.case.as_str())) {
         true => format!("{}, {}", row.case, row.truth),
         false => row.case.clone(),
     }
