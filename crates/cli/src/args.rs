@@ -299,12 +299,18 @@ pub struct Stress {
     /// Folder of the records.
     #[arg(long, default_value = "records")]
     pub records: PathBuf,
+    /// Begin anew even if an unfinished run of the same work is there.
+    #[arg(long)]
+    pub fresh: bool,
     /// Tell what happens as JSON lines on standard output, for a dashboard.
     #[arg(long, hide = true)]
     pub feed: bool,
     /// Output format.
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
+    /// A deliberate fault of the pushing process, KIND:TECHNIQUE[@VALUE], to test the runner.
+    #[arg(long, hide = true)]
+    pub fault: Option<String>,
 }
 
 /// Arguments of `advise`.

@@ -55,6 +55,24 @@ pub fn safe_set(points: &[&StressLine]) -> Vec<Interval> {
     set
 }
 
+/// Where the safe set ends: the points that are not safe beside those that are, ascending. Where
+/// nothing is safe, the first alone.
+pub fn breaks<'a>(points: &[&'a StressLine]) -> Vec<&'a StressLine> {
+    let mut points: Vec<&StressLine> =
+        points.iter().copied().filter(|p| p.verdict != "not-run" && !p.value.is_nan()).collect();
+    points.sort_by(|a, b| a.value.total_cmp(&b.value));
+    let beside = |i: usize| {
+        let neighbours = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
+        neighbours.filter_map(|n| points.get(n)).any(|p| p.is_safe())
+    };
+    let ends = (0..points.len()).filter(|i| !points[*i].is_safe() && beside(*i));
+    let ends: Vec<&StressLine> = ends.map(|i| points[i]).collect();
+    match points.first() {
+        Some(first) if points.iter().all(|p| !p.is_safe()) => vec![first],
+        _ => ends,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,6 +100,25 @@ mod tests {
         assert_eq!(ends(&[(1.0, "crashed")]), []);
         assert_eq!(ends(&[]), []);
         assert_eq!(ends(&[(1.0, "not-run"), (2.0, "safe")]), [(2.0, 2.0, true, true)]);
+    }
+
+    #[test]
+    fn a_set_ends_beside_what_is_not_safe() {
+        let at = |values: &[(f64, &str)]| {
+            let points = points(values);
+            let ends: Vec<f64> =
+                breaks(&points.iter().collect::<Vec<_>>()).iter().map(|p| p.value).collect();
+            ends
+        };
+        let hole = [(5.0, "broken"), (1.0, "broken"), (2.0, "broken"), (3.0, "safe")];
+        assert_eq!(at(&hole), [2.0, 5.0]);
+        assert_eq!(
+            at(&[(1.0, "safe"), (2.0, "crashed"), (3.0, "broken"), (4.0, "safe")]),
+            [2.0, 3.0]
+        );
+        assert_eq!(at(&[(2.0, "broken"), (1.0, "refused")]), [1.0]);
+        assert_eq!(at(&[(1.0, "safe"), (2.0, "not-run")]), [0.0; 0]);
+        assert_eq!(at(&[]), [0.0; 0]);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! breaks is decided by the axis's [`Criterion`], by an invariant or port gate, by a value that is
 //! not finite, or by a crash; bad input must be refused.
 
+pub mod at;
 pub mod child;
 pub mod judge;
 pub mod line;

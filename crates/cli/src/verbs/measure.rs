@@ -16,6 +16,7 @@ use dapple_suite::{
     problem::{Form, Spec},
     problems,
     run::{self, Finished, Options, Progress, protocol::Fault},
+    shell::quoted,
     sweep::{self, Measure, Pick, Sweep},
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -134,14 +135,6 @@ pub fn command_line() -> String {
     format!("dapple {}", arguments.collect::<Vec<_>>().join(" "))
 }
 
-fn quoted(argument: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./=:,+@%".contains(c);
-    if !argument.is_empty() && argument.chars().all(plain) {
-        return argument.into();
-    }
-    format!("'{}'", argument.replace('\'', r"'\''"))
-}
-
 /// What the arguments ask for, expanded.
 pub fn plan(args: &args::Measure) -> Result<Plan, SuiteError> {
     let (name, mut sweep) = match (&args.sweep, &args.problem) {
@@ -235,7 +228,8 @@ pub fn lists(
     Ok(lists)
 }
 
-fn progress_bar(rows: usize) -> ProgressBar {
+/// A bar on a terminal, nothing elsewhere.
+pub fn progress_bar(rows: usize) -> ProgressBar {
     let bar = ProgressBar::new(rows as u64);
     if !std::io::stderr().is_terminal() {
         bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -258,18 +252,5 @@ fn show(bar: &ProgressBar, progress: &Progress<'_>) {
         Progress::Stage { setting, stage } => bar.set_message(format!("{stage} {setting}")),
         Progress::Note(text) => bar.suspend(|| note!("note: {text}")),
         Progress::Row(_) => bar.inc(1),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quoted;
-
-    #[test]
-    fn the_command_can_be_pasted_into_a_shell() {
-        assert_eq!(quoted("--knob=a,b"), "--knob=a,b");
-        assert_eq!(quoted("vsm/*"), "'vsm/*'");
-        assert_eq!(quoted("it's"), r"'it'\''s'");
-        assert_eq!(quoted(""), "''");
     }
 }

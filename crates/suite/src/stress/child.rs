@@ -9,7 +9,7 @@ use super::{
 use crate::{
     SuiteError,
     case::Case,
-    problem::{Checked, Form, Prepared, Setting},
+    problem::{Checked, Form, Prepared, Setting, Subject},
     problems,
     run::{
         child::{Adapter, device_names, is_device_gone, open},
@@ -213,7 +213,7 @@ fn probe(
         let judged = match &prepared {
             Err(error) => unprepared(error),
             Ok(prepared) => {
-                let found = check(axis, prepared.as_ref(), chosen, value, gpu);
+                let found = check(axis, prepared.as_ref(), chosen, value, gpu, &mut |_| Ok(()));
                 // A lost device is of no use to those that follow: the process ends here.
                 if let Err(error) = &found
                     && is_device_gone(error)
@@ -230,7 +230,7 @@ fn probe(
 }
 
 /// A case that there is not at this value. Whatever its error, no technique has broken.
-fn unprepared(error: &SuiteError) -> Judgement {
+pub(super) fn unprepared(error: &SuiteError) -> Judgement {
     let verdict = match verdict_of(error) {
         Verdict::Broken => Verdict::Refused,
         verdict => verdict,
@@ -238,18 +238,24 @@ fn unprepared(error: &SuiteError) -> Judgement {
     Judgement::without(verdict, error.to_string())
 }
 
-/// Makes the subject and checks it. What the device has to say of it belongs to it.
-fn check(
+/// Makes the subject and checks it; `after` sees it then. What the device has to say of it belongs
+/// to it.
+pub(super) fn check(
     axis: &Axis,
     prepared: &dyn Prepared,
     setting: &Setting,
     value: f64,
     gpu: Option<&Gpu>,
+    after: &mut dyn FnMut(&mut dyn Subject) -> Result<(), SuiteError>,
 ) -> Result<Checked, SuiteError> {
     let Some(pushed) = (axis.setting)(setting, value) else {
         return Err(SuiteError::Internal(format!("{setting} is not on the axis {}", axis.id)));
     };
-    let checked = prepared.subject(&pushed).and_then(|mut subject| subject.check());
+    let checked = prepared.subject(&pushed).and_then(|mut subject| {
+        let checked = subject.check()?;
+        after(subject.as_mut())?;
+        Ok(checked)
+    });
     if let Some(gpu) = gpu {
         gpu.check()?;
     }
