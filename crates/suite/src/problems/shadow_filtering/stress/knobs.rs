@@ -45,31 +45,28 @@ fn of_settings(
     }
 }
 
-/// Texels a side of the map below windows of every size: percentage-closer filtering reads each
-/// texel of a window, and the widest holds four times the map.
-const SIDE_BELOW_WINDOWS: u32 = 256;
+/// Texels a side of the map below windows of every size: checks read each texel of a window, and
+/// the widest holds more than the map.
+const SIDE_BELOW_WINDOWS: u32 = 128;
 
 fn footprint() -> Axis {
     Axis {
         id: "footprint-over-map",
-        unit: "",
-        help: "side of the window over the map's side, at 256 texels: from a fortieth of a texel to \
-               a window that is wider than the map",
-        values: Values::Log { least: 1e-4, greatest: 2.0, per_decade: 3 },
-        home: 0.015,
-        parameters: CHEAP,
-        forms: FORMS,
+        help: "side of the window over the map's side, at 128 texels: from a hundredth of a texel \
+               to a window that is wider than the map",
+        // At home 7 texels, as many as the default footprint has of the default map.
+        values: Values::Log { least: 1e-4, greatest: 1.2, per_decade: 2 },
+        home: 0.05,
         // A window of another size is another signal, not a worse one: a technique that keeps up
-        // has no more error. What none of them can resolve, a window below a texel, has edges
-        // wrong by a texel: a little more.
-        criterion: HARDER,
-        must_refuse: never,
+        // has no more error.
         prepare: Box::new(|case, value, gpu| {
             let mut case: Case = case.clone();
             case.parameters.insert("footprint".into(), value.into());
             Ok(Box::new(ShadowCase::prepare(&case, gpu)?))
         }),
-        setting: |setting, _| with(setting, "resolution", SIDE_BELOW_WINDOWS),
+        ..of_settings("", "", Values::Words(&[]), 0.0, |setting, _| {
+            with(setting, "resolution", SIDE_BELOW_WINDOWS)
+        })
     }
 }
 

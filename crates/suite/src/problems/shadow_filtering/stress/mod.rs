@@ -39,9 +39,10 @@ const CHEAP: &[(&str, &str)] = &[("width", "160"), ("truth_rays", "4")];
 /// tightest level of the problem's fronts.
 const UNCHANGED: Criterion = Criterion { metric: "rmse", times: 1.0, plus: 0.005 };
 
-/// Another question, which may be harder: half as much error again, and for techniques that have
-/// hardly any the tightest level of the problem's fronts.
-const HARDER: Criterion = Criterion { metric: "rmse", times: 1.5, plus: 0.02 };
+/// Another question, which may be harder: a quarter more error, and for techniques that have hardly
+/// any the tightest level of the problem's fronts. Half as much again would let those with most
+/// error pass an image without any shadow.
+const HARDER: Criterion = Criterion { metric: "rmse", times: 1.25, plus: 0.02 };
 
 /// Nothing is bad at any value.
 fn never(_: f64) -> bool {
