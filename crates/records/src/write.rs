@@ -9,7 +9,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::error::RecordError;
 use crate::line::{Line, RunEnd, RunHeader};
-use crate::read::read_file;
+use crate::read::{LONGEST_LINE, read_file};
 use crate::row::Row;
 use crate::validate::validate;
 
@@ -88,7 +88,19 @@ impl Writer {
                 path: self.path.clone(),
             });
         }
-        self.line(row.to_line())?;
+        let line = row.to_line();
+        if line.len() > LONGEST_LINE {
+            return Err(RecordError::Invalid {
+                problem: row.problem.clone(),
+                technique: row.technique.clone(),
+                case: row.case.clone(),
+                reason: format!(
+                    "its line has {} bytes, a reader takes {LONGEST_LINE}: fewer samples fit",
+                    line.len()
+                ),
+            });
+        }
+        self.line(line)?;
         self.rows.insert(row.row.clone());
         Ok(())
     }
@@ -207,6 +219,17 @@ mod tests {
     use crate::{read_dir, unfinished};
 
     const RUN: &str = "0123456789abcdef";
+
+    #[test]
+    fn a_row_too_long_to_be_read_again_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut writer = Writer::create(dir.path(), &header(RUN)).unwrap();
+        let long = Row { truth: "x".repeat(LONGEST_LINE), ..row(0) }.identified();
+        let error = writer.append(&Row { run: RUN.into(), ..long }).unwrap_err().to_string();
+        assert!(error.contains("a reader takes 67108864"), "{error}");
+        writer.append(&Row { run: RUN.into(), ..row(0) }).unwrap();
+        assert_eq!(read_file(writer.path()).unwrap().rows.len(), 1);
+    }
 
     #[test]
     fn files_are_named_by_time_sweep_and_run_and_never_overwritten() {
