@@ -19,6 +19,7 @@ use loader::Loader;
 use ratatui::crossterm::event::{self, Event};
 use ratatui_image::picker::{Picker, cap_parser::QueryStdioOptions};
 use std::{
+    io::Write,
     sync::{
         Arc,
         mpsc::{self, Receiver, RecvTimeoutError, SyncSender},
@@ -138,7 +139,17 @@ fn picker(colour: bool) -> Picker {
         return Picker::halfblocks();
     }
     let options = QueryStdioOptions { timeout: ANSWER, ..QueryStdioOptions::default() };
-    Picker::from_query_stdio_with_options(options).unwrap_or_else(|_| Picker::halfblocks())
+    let picker = Picker::from_query_stdio_with_options(options);
+    let picker = picker.unwrap_or_else(|_| Picker::halfblocks());
+    // Silence is not an error but a terminal without abilities.
+    if picker.capabilities().is_empty() {
+        // Whoever waits for the answer would take the first key for it. A question that also
+        // terminals inside terminals answer themselves ends that wait.
+        let mut out = std::io::stdout();
+        let _ = out.write_all(b"\x1b[5n").and_then(|()| out.flush());
+        thread::sleep(ANSWER / 5);
+    }
+    picker
 }
 
 /// The keyboard and the terminal's size.
@@ -194,7 +205,8 @@ impl Hands {
             Effect::Quit => {}
             Effect::Reload => self.loader.ask(),
             Effect::ReadRows { request, entries } => {
-                let lost = self.rows.send((request, Arc::clone(&app.world.store), entries)).is_err();
+                let lost =
+                    self.rows.send((request, Arc::clone(&app.world.store), entries)).is_err();
                 let rows = Err("the reader is gone".into());
                 return lost.then_some(Msg::Rows { request, rows });
             }
