@@ -1,32 +1,19 @@
 //! `dapple` without a verb: the state of the records, and what to try next.
 
-use crate::{Outcome, output::put, records};
+use crate::{Outcome, output::put};
 use anyhow::Result;
-use dapple_records::Status;
+use dapple_records::{
+    Index,
+    index::{Ended, Entry},
+};
+use dapple_suite::SuiteError;
 use std::path::Path;
 
 /// Prints the state.
 pub fn run() -> Result<Outcome> {
     let folder = Path::new("records");
     if folder.is_dir() {
-        let read = records::read(folder)?;
-        let count = |f: fn(&Status) -> bool| read.rows.iter().filter(|r| f(&r.status)).count();
-        put!(
-            "records/: {} runs, {} rows ({} failed, {} not run), {} lines skipped",
-            read.headers.len(),
-            read.rows.len(),
-            count(|s| matches!(s, Status::Failed { .. })),
-            count(|s| matches!(s, Status::NotRun { .. })),
-            read.skipped_count()
-        )?;
-        for header in read.headers.iter().filter(|h| !read.ended.contains(&h.run)) {
-            put!(
-                "unfinished: {} of {}; `{}` resumes it",
-                header.sweep,
-                header.time,
-                header.command
-            )?;
-        }
+        print(&Index::open(folder).map_err(SuiteError::from)?)?;
         put!("\nnext:\n  dapple front                    fronts of these records")?;
     } else {
         put!("no records yet\n\nnext:")?;
@@ -38,4 +25,46 @@ pub fn run() -> Result<Outcome> {
          dapple --help                   all verbs"
     )?;
     Ok(Outcome::Ok)
+}
+
+fn print(index: &Index) -> Result<()> {
+    let rows = |f: fn(&Entry) -> bool| index.entries.iter().filter(|e| f(e)).count();
+    let skipped: usize = index.reasons.values().sum();
+    put!(
+        "records/: {} runs, {} rows ({} failed, {} not run), {skipped} lines skipped",
+        index.headers.len(),
+        index.entries.len(),
+        rows(|e| e.ended == Ended::Failed),
+        rows(|e| e.ended == Ended::NotRun),
+    )?;
+    for (reason, count) in &index.reasons {
+        put!("  skipped: {count} {reason}")?;
+    }
+    let gates = |word: &str| index.gates.iter().filter(|g| g.outcome == word).count();
+    if !index.gates.is_empty() {
+        let broken = index.gates.iter().filter(|g| !g.is_ok()).count();
+        put!("gates: {} passed, {broken} broken, {} not run", gates("passed"), gates("not-run"))?;
+    }
+    let claims = |word: &str| index.claims.iter().filter(|c| c.verdict == word).count();
+    if !index.claims.is_empty() {
+        put!(
+            "claims: {} reproduced, {} refuted, {} open, {} need hardware, {} could not be judged",
+            claims("reproduced"),
+            claims("refuted"),
+            claims("open"),
+            claims("needs-hardware"),
+            claims("error")
+        )?;
+    }
+    if !index.stress.is_empty() {
+        let safe = index.stress.iter().filter(|s| s.is_safe()).count();
+        put!("stress: {} points, {safe} safe", index.stress.len())?;
+    }
+    for (header, ended) in index.headers.iter().zip(&index.ended) {
+        if !ended {
+            let (sweep, time, command) = (&header.sweep, &header.time, &header.command);
+            put!("unfinished: {sweep} of {time}; `{command}` resumes it")?;
+        }
+    }
+    Ok(())
 }
