@@ -197,8 +197,9 @@ impl State {
             })
             .collect();
         let only = self.only.and_then(|at| VERDICTS.get(at));
-        let only = only.map(|v| format!("  only: {}", v.0)).unwrap_or_default();
-        format!("{}: {}{only}", world.problem, counts.join("  "))
+        let only = only.map(|v| format!("only {}: ", v.0)).unwrap_or_default();
+        // The problem comes last: it is the first to be cut off where it is narrow.
+        format!("{only}{}  of {}", counts.join("  "), world.problem)
     }
 }
 

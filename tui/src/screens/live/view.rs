@@ -282,7 +282,7 @@ fn change(new: f64, old: Option<f64>, theme: Theme) -> (String, Style) {
     }
     let ratio = new / old;
     let text = match ratio {
-        r if r >= 10.0 => format!("{arrow}x{}", format::significant(r.round())),
+        r if r >= 10.0 => format!("{arrow}x{}", format::count(r.min(1e9) as usize)),
         r => format!("{arrow}{:+.0}%", 100.0 * (r - 1.0)),
     };
     (text, style)
@@ -305,7 +305,7 @@ fn device(world: &World, form: &str) -> (String, bool) {
 /// pictures; two only where each is still of use.
 fn arrange(area: Rect) -> Vec<Rect> {
     /// Least columns of a picture that is shown beside another.
-    const LEAST: u16 = 36;
+    const LEAST: u16 = 30;
     // A cell is about twice as high as wide, a picture 16:9, and a title takes a row.
     let columns = |width: u16, height: u16| {
         width.min((u32::from(height.saturating_sub(1)) * 32 / 9).min(u32::from(u16::MAX)) as u16)

@@ -32,7 +32,7 @@ const NAMES: u16 = 22;
 const DETAIL: u16 = 9;
 
 /// What the glyphs mean.
-const LEGEND: &str = "■ safe all along  ◧ in part  ◫ with holes  □ nowhere  ✗ crashed or accepted bad input  · not run";
+const LEGEND: &str = "■ all safe  ◧ part  ◫ holes  □ none  ✗ crashed or took bad input  · not run";
 
 impl Kind {
     fn glyph(self) -> &'static str {
