@@ -120,13 +120,11 @@ pub fn axes(
     block: &Measure,
 ) -> Result<Vec<AxisPlan>, SuiteError> {
     let spec = problem.spec();
-    let asked: BTreeSet<&str> = asked.iter().map(String::as_str).collect();
-    let axes: Vec<Axis> = if asked.is_empty() {
-        problem.stress()
-    } else {
-        let found = asked.iter().map(|id| find_axis(problem, id));
-        found.collect::<Result<_, _>>()?
-    };
+    for id in asked {
+        find_axis(problem, id)?;
+    }
+    let mut axes = problem.stress();
+    axes.retain(|axis| asked.is_empty() || asked.iter().any(|id| id == axis.id));
     let mut plans = Vec::new();
     for axis in &axes {
         if let Some(fault) = axis.fault(spec) {

@@ -132,6 +132,7 @@ fn even(values: Values, least: f64, greatest: f64, steps: usize) -> Vec<f64> {
     let width = (to - from) / steps as f64;
     let between = (1..steps).map(|i| {
         let exact = unscale(values, from + width * i as f64).clamp(least, greatest);
+        let exact = if is_whole(values) { exact.round() } else { exact };
         shorter(values, exact, width.abs() * SHORTER, (least, greatest))
     });
     std::iter::once(least).chain(between).chain([greatest]).collect()
@@ -159,6 +160,10 @@ pub fn is_logarithmic(values: Values) -> bool {
     }
 }
 
+fn is_whole(values: Values) -> bool {
+    matches!(values, Values::Whole { .. })
+}
+
 /// Position on the axis's own scale.
 fn scale(values: Values, value: f64) -> f64 {
     if is_logarithmic(values) { value.log10() } else { value }
@@ -173,7 +178,10 @@ fn middle(values: Values, low: f64, high: f64) -> Option<f64> {
     let middle = match values {
         Values::Words(_) => return None,
         Values::Whole { .. } if high - low < 2.0 => return None,
-        Values::Whole { .. } => (low.max(1.0) * high).sqrt().round().clamp(low + 1.0, high - 1.0),
+        Values::Whole { .. } => {
+            let exact = (low.max(1.0) * high).sqrt().round().clamp(low + 1.0, high - 1.0);
+            shorter_between(values, exact, low.max(1.0), high)
+        }
         // A zero and the least value above it: no number lies halfway in the logarithm.
         Values::Log { .. } | Values::FromZero { .. } if low <= 0.0 => return None,
         Values::Log { .. } | Values::FromZero { .. } => {
@@ -195,7 +203,8 @@ fn shorter(values: Values, exact: f64, tolerance: f64, (low, high): (f64, f64)) 
     let candidates = (0..17).filter_map(|digits| format!("{exact:.digits$e}").parse::<f64>().ok());
     let near = |short: &f64| {
         let distance = (scale(values, *short) - scale(values, exact)).abs();
-        low < *short && *short < high && distance <= tolerance
+        let fits = !is_whole(values) || short.fract() == 0.0;
+        low < *short && *short < high && distance <= tolerance && fits
     };
     candidates.map(|short| short + 0.0).find(near).unwrap_or(exact)
 }

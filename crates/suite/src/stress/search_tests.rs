@@ -213,7 +213,7 @@ fn degenerate_axes_end() {
     assert_eq!(grid(Values::Whole { least: 0, greatest: 0, per_decade: 1 }, 0.0), [0.0]);
     assert_eq!(
         grid(Values::Whole { least: 0, greatest: 20, per_decade: 1 }, 7.4),
-        [0.0, 1.0, 5.0, 7.0, 20.0]
+        [0.0, 1.0, 4.0, 7.0, 20.0]
     );
     let words = Values::Words(&["none", "nan", "infinite"]);
     let probed = search(words, 0.0, 9, Vec::new(), |v| Some(v == 0.0));
