@@ -35,6 +35,8 @@ pub struct App {
     help_from: u16,
     /// Whether the user was asked to confirm that running jobs be stopped.
     asked: bool,
+    /// Whether a key was pressed.
+    touched: bool,
     catalogue_job: Option<JobId>,
     overview: screens::overview::State,
     front: screens::front::State,
@@ -85,6 +87,7 @@ impl App {
             help: false,
             help_from: 0,
             asked: false,
+            touched: false,
             catalogue_job: None,
             overview: Default::default(),
             front: Default::default(),
@@ -126,6 +129,10 @@ impl App {
             Msg::Heard { job, line } => {
                 if Some(*job) == self.catalogue_job {
                     if let FeedLine::Event(Feed::Catalogue(catalogue)) = &**line {
+                        // Until the user chose one, the first that is declared is shown.
+                        if !self.touched {
+                            self.world.problem.clear();
+                        }
                         self.world.catalogue = Some(Arc::new((**catalogue).clone()));
                         self.choose_problem();
                     }
@@ -160,6 +167,7 @@ impl App {
     }
 
     fn key(&mut self, key: KeyEvent) -> Vec<Effect> {
+        self.touched = true;
         let action = keys::lookup(key, self.screen);
         if self.asked {
             return self.answer(action == Some(Action::Quit));

@@ -1,13 +1,98 @@
 //! For tests: screens drawn into a buffer, and that buffer as text *with* its styles (what ratatui
 //! prints of a test backend leaves them out).
 
+use crate::{
+    app::App,
+    msg::{Effect, Msg},
+    store::Store,
+};
+use dapple_records::{
+    Feed, FeedLine,
+    catalogue::{Catalogue, KnobInfo, ProblemInfo, TechniqueInfo},
+};
 use ratatui::{
     buffer::{Buffer, Cell},
     crossterm::event::{KeyCode, KeyEvent, KeyModifiers},
     layout::Rect,
     style::{Color, Modifier},
 };
-use std::fmt::Write;
+use std::{collections::BTreeMap, fmt::Write, path::Path, sync::Arc};
+
+/// Half an hour after the fixture's last record: 2026-01-02T04:00:00Z.
+pub const NOW: i64 = 1_767_326_400_000;
+
+/// A dashboard over `fixtures/dashboard` that was told [`catalogue`].
+pub fn app(colour: bool) -> App {
+    let mut app = App::new(colour, NOW);
+    let Some(Effect::Start { job, .. }) = app.start().pop() else {
+        panic!("the catalogue is asked")
+    };
+    let line = Box::new(FeedLine::Event(Feed::Catalogue(Box::new(catalogue()))));
+    app.update(Msg::Heard { job, line });
+    app.update(Msg::Ended { job, code: Some(0), how: "done".into() });
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/dashboard");
+    app.update(Msg::Store(Arc::new(Store::open(&folder))));
+    assert_eq!(app.world.store.index.headers.len(), 2, "{}", folder.display());
+    app
+}
+
+/// Two problems, of which the records know the first.
+pub fn catalogue() -> Catalogue {
+    let technique = |id: &str| TechniqueInfo {
+        id: id.into(),
+        title: id.to_uppercase(),
+        source: "Somebody, Something, 2006".into(),
+        forms: vec!["cpu".into(), "gpu".into()],
+        variants: vec![("plain".into(), "as published".into())],
+        knobs: vec![KnobInfo {
+            name: "resolution".into(),
+            unit: "texels".into(),
+            help: "side of the map".into(),
+            limit: "an integer in 1..=8192 texels".into(),
+            default: 512.into(),
+            steps: vec![256.into(), 512.into(), 1024.into()],
+            accuracy: "monotone".into(),
+        }],
+    };
+    let first = ProblemInfo {
+        id: "shadow-filtering".into(),
+        title: "Shadow-map filtering".into(),
+        question: "Which share of a footprint is lit, from one depth map?".into(),
+        truth: "Rays from the receiver, averaged over the footprint.".into(),
+        metrics: vec![("rmse".into(), String::new(), "root mean square".into())],
+        axis: "rmse".into(),
+        levels: vec![0.005, 0.02, 0.05],
+        default_scene: "spheres".into(),
+        pictures: true,
+        techniques: ["pcf", "vsm", "esm", "evsm", "msm"].map(technique).into(),
+        extremes: vec![("scale".into(), String::new(), "size of the scene".into())],
+        gates: BTreeMap::from([("pcf".into(), 1), ("vsm".into(), 1), ("msm".into(), 2)]),
+        claims: vec![("c1".into(), "A is faster than B.".into())],
+        ..ProblemInfo::default()
+    };
+    let second = ProblemInfo {
+        id: "offsets".into(),
+        title: "Offsets".into(),
+        question: "Where does each part begin?".into(),
+        truth: "A scan by one thread.".into(),
+        metrics: vec![("wrong".into(), String::new(), "entries that differ".into())],
+        axis: "wrong".into(),
+        levels: vec![0.0, 1.0, 2.0],
+        default_scene: "crown".into(),
+        techniques: vec![technique("scan")],
+        gates: BTreeMap::from([("scan".into(), 1)]),
+        ..ProblemInfo::default()
+    };
+    Catalogue {
+        problems: vec![first, second],
+        sweeps: vec![("quick".into(), "under a minute".into())],
+        scenes: vec![("spheres".into(), "two spheres".into())],
+        machine: "aaaaaaaa".into(),
+        cpu: "Imaginary CPU".into(),
+        adapter: "Imaginary GPU".into(),
+        device: "hardware".into(),
+    }
+}
 
 /// A buffer of that size, drawn.
 pub fn drawn(width: u16, height: u16, view: impl FnOnce(Rect, &mut Buffer)) -> Buffer {

@@ -73,7 +73,8 @@ pub fn footer(screen: Screen, world: &World, theme: Theme, area: Rect, buf: &mut
         }
         line = line + gap + &more;
     }
-    Line::styled(line, theme.dim()).render(area, buf);
+    let keys = Rect { width: room.min(area.width.into()) as u16, ..area };
+    Line::styled(line, theme.dim()).render(keys, buf);
     Line::styled(job, theme.title()).right_aligned().render(area, buf);
 }
 

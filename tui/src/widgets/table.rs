@@ -227,9 +227,9 @@ mod tests {
         assert_eq!(
             text_of(&drawn(34, 3, 2, 1)),
             [
-                " technique     time   memory form",
-                " t0         12.3 ms  1.0 MiB gpu",
-                ">t1         12.3 ms  1.0 MiB gpu",
+                " technique      time   memory form",
+                " t0          12.3 ms  1.0 MiB gpu",
+                ">t1          12.3 ms  1.0 MiB gpu",
             ]
         );
         let row = drawn(34, 3, 2, 1);
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn what_matters_least_goes_first_and_numbers_are_never_cut() {
-        assert_eq!(text_of(&drawn(24, 2, 1, 0))[1], ">t0       12.3 ms gpu");
+        assert_eq!(text_of(&drawn(24, 2, 1, 0))[1], ">t0         12.3 ms gpu");
         assert_eq!(text_of(&drawn(16, 2, 1, 0))[1], ">t0      12.3 ms");
         let narrow = &text_of(&drawn(11, 2, 1, 0))[1];
         assert!(!narrow.contains("12.3 m") || narrow.contains("12.3 ms"), "{narrow}");

@@ -105,9 +105,9 @@ impl State {
             Column::words("problem", 17),
             Column::number("tech", 4).rank(6),
             Column::words("gates", 13).fixed(),
-            Column::words("tight", 18).fixed().rank(7),
-            Column::words("best", 20).fixed().rank(1),
-            Column::words("loose", 18).fixed().rank(8),
+            Column::words("tight", 15).fixed().rank(7),
+            Column::words("best", 17).fixed().rank(1),
+            Column::words("loose", 15).fixed().rank(8),
             Column::words("claims", 11).fixed().rank(2),
             Column::number("stable", 6).rank(4),
             Column::number("age", 6).rank(3),
@@ -138,11 +138,12 @@ impl State {
     }
 }
 
-/// `msm 1.23 ms`; imitated hardware is marked, as its times say little.
+/// `1.23 ms msm`, the figure first: what is cut where it is narrow is the name. Imitated hardware
+/// is marked, as its times say little.
 fn brief(best: &Best, cheapest: &Cheapest) -> String {
     let technique = cheapest.name.split('/').next().unwrap_or_default();
-    let mark = if best.key.device == "software" { " sw" } else { "" };
-    format!("{technique} {}{mark}", format::duration(cheapest.time_ns))
+    let mark = if best.key.device == "software" { "sw " } else { "" };
+    format!("{mark}{} {technique}", format::duration(cheapest.time_ns))
 }
 
 fn gates(row: &Summary, world: &World) -> Cell {
@@ -209,7 +210,7 @@ fn details(row: &Summary, info: Option<&ProblemInfo>, world: &World) -> Vec<Pair
             let metric = info.map(|i| i.axis.as_str()).unwrap_or_default();
             let found = at.as_ref().map_or("none".into(), |c| {
                 format!(
-                    "{} {} ± {}, {metric} {}",
+                    "{} {} ± {} at {}",
                     c.name,
                     format::duration(c.time_ns),
                     format::duration(c.mad_ns),
@@ -252,16 +253,16 @@ fn next(row: &Summary, info: Option<&ProblemInfo>) -> Vec<String> {
     let declared = |f: fn(&ProblemInfo) -> bool| info.is_none_or(f);
     let mut next = Vec::new();
     if row.best.is_empty() {
-        next.push(format!("dapple measure {id}        times and errors"));
+        next.push(format!("dapple measure {id}  # times and errors"));
     }
     if row.gates.time_ms.is_none() && declared(|i| !i.gates.is_empty()) {
-        next.push(format!("dapple verify {id}        correctness gates"));
+        next.push(format!("dapple verify {id}  # correctness gates"));
     }
     if row.claims.total() == 0 && declared(|i| !i.claims.is_empty()) {
-        next.push(format!("dapple claims {id}        what the sources say, judged"));
+        next.push(format!("dapple claims {id}  # what the sources say, judged"));
     }
     if row.stable.1 == 0 && declared(|i| !i.extremes.is_empty()) {
-        next.push(format!("dapple stress {id}        where it breaks"));
+        next.push(format!("dapple stress {id}  # where it breaks"));
     }
     if !next.is_empty() {
         next.push("8, then n, starts one from here".into());

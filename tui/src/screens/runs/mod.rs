@@ -123,7 +123,7 @@ impl State {
         world.jobs.add(title, arguments, world.now_ms)
     }
 
-    /// A new job in the list moves the rows: the selection stays where it was.
+    /// The rows are made from the world as they are drawn.
     pub fn hear(&mut self, _msg: &Msg, _world: &mut World) -> Vec<Effect> {
         Vec::new()
     }
@@ -279,7 +279,7 @@ fn run_cells(run: &RunHeader, ended: bool, world: &World) -> Vec<Cell> {
     let own = world.catalogue.as_ref().is_some_and(|c| c.machine == run.machine);
     let shard = if run.shard.is_empty() { String::new() } else { format!(" {}", run.shard) };
     vec![
-        format!("{}{shard} {}", run.sweep, run.time.get(..16).unwrap_or(&run.time)).into(),
+        format!("{}{shard} {}", run.sweep, began(&run.time)).into(),
         state,
         "".into(),
         "".into(),
@@ -287,6 +287,11 @@ fn run_cells(run: &RunHeader, ended: bool, world: &World) -> Vec<Cell> {
         format::age_of(world.now_ms, &run.time).into(),
         if own { "this".into() } else { run.machine.as_str().into() },
     ]
+}
+
+/// Month, day, hour and minute: the age says the year.
+fn began(time: &str) -> String {
+    time.get(5..16).unwrap_or(time).replace('T', " ")
 }
 
 fn about_job(job: &Job, world: &World) -> Vec<Pair> {
