@@ -109,10 +109,16 @@ impl State {
         };
         let parts = arrange(area);
         let mut bottom = area.y;
-        for (part, face) in parts.into_iter().zip(faces) {
+        for (part, face) in parts.iter().copied().zip(faces) {
             let [title, inside] =
                 Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(part);
-            let note = if waits { " (before the change)" } else { "" };
+            // Here rather than on a line of its own, which would move all others.
+            let late = self.waiting(world).filter(|_| part == parts[0]);
+            let note = match late {
+                Some(late) => format!(" {late}"),
+                None if waits => " (before the change)".into(),
+                None => String::new(),
+            };
             let style = if waits { theme.dim() } else { theme.title() };
             Line::styled(format!("{}{note}", face.title()), style).render(title, buf);
             let drawn = face.of(triplet).draw(&world.picker, theme, inside, buf);
@@ -131,7 +137,9 @@ impl State {
                 out.push(Line::styled("Enter starts it again", theme.bad()));
             }
         }
-        out.extend(self.waiting(world).map(|text| Line::styled(text, theme.dim())));
+        // Beside a picture, its title says so.
+        let waiting = self.waiting(world).filter(|_| self.picture.is_none());
+        out.extend(waiting.map(|text| Line::styled(text, theme.dim())));
         if let Some(answer) = &self.answer {
             for violation in &answer.violations {
                 out.extend(plain_lines(&format!("! broken: {violation}"), width, theme.bad()));
