@@ -1,4 +1,6 @@
 //! Rows as real sweeps leave them, in any number, and streams of them in every state of damage.
+// Each test uses its part of these.
+#![allow(dead_code)]
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -71,7 +73,6 @@ pub fn row(n: u64) -> Row {
 }
 
 /// Writes the rows `0..count`, 20,000 a file, each file a run.
-#[allow(dead_code)]
 pub fn write_folder(folder: &Path, count: u64) -> std::io::Result<()> {
     for first in (0..count).step_by(20_000) {
         let path = folder.join(format!("{first:09}.jsonl"));
