@@ -241,6 +241,8 @@ fn verdict_style(point: &StressLine, theme: Theme) -> Style {
 /// Why a point has its verdict, with its figures.
 fn reason(point: &StressLine) -> String {
     let figures = match (point.error, point.limit) {
+        // Most reasons name the figures themselves.
+        (Some(error), _) if point.reason.contains(&format::significant(error)) => String::new(),
         (Some(error), Some(limit)) => format!(
             "{} {}, limit {}",
             point.metric,
@@ -274,7 +276,7 @@ fn cell_lines(
     let (Some(first), Some(last)) = (run.first(), run.last()) else {
         let reasons: Vec<_> = points.first().iter().map(|p| p.reason.clone()).collect();
         let text = match points.is_empty() {
-            true => "the axis means nothing to this technique".into(),
+            true => "no points: not pushed along this axis yet, or it means nothing here".into(),
             false => format!("not run: {}", reasons.join("")),
         };
         out.extend(wrapped(&text, width, theme.dim()));
