@@ -66,7 +66,7 @@ pub fn wanted(values: Values, home: f64, known: &[Known], refine: u32) -> Vec<f6
 /// Home on the axis: clamped to its ends; none on an axis without values.
 pub fn at_home(values: Values, home: f64) -> Option<f64> {
     let (least, greatest) = ends(values)?;
-    let home = if home.is_nan() { least } else { home.clamp(least, greatest) };
+    let home = if home.is_nan() { least } else { home.clamp(least, greatest) + 0.0 };
     Some(match values {
         Values::Log { .. } | Values::Linear { .. } => home,
         Values::FromZero { least, .. } if home < least => 0.0,

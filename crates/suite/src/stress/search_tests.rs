@@ -215,6 +215,14 @@ fn degenerate_axes_end() {
         grid(Values::Whole { least: 0, greatest: 20, per_decade: 1 }, 7.4),
         [0.0, 1.0, 4.0, 7.0, 20.0]
     );
+    // Values are told apart by their bits: there is one zero.
+    let from_minus_zero = Values::Linear { least: -0.0, greatest: 1.0, steps: 2 };
+    for values in [from_minus_zero, Values::Linear { least: -1.0, greatest: 1.0, steps: 2 }] {
+        for home in [-0.0, 1.0] {
+            let zeros = grid(values, home).into_iter().filter(|value| *value == 0.0);
+            assert_eq!(zeros.map(f64::to_bits).collect::<Vec<_>>(), [0], "{values:?} {home}");
+        }
+    }
     let words = Values::Words(&["none", "nan", "infinite"]);
     let probed = search(words, 0.0, 9, Vec::new(), |v| Some(v == 0.0));
     assert_eq!(probed.len(), 3, "words are not refined");
