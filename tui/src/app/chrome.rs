@@ -75,7 +75,8 @@ pub fn footer(screen: Screen, world: &World, theme: Theme, area: Rect, buf: &mut
     }
     let keys = Rect { width: room.min(area.width.into()) as u16, ..area };
     Line::styled(line, theme.dim()).render(keys, buf);
-    Line::styled(job, theme.title()).right_aligned().render(area, buf);
+    let right = Rect { x: keys.right(), width: area.width - keys.width, ..area };
+    Line::styled(job, theme.title()).render(right, buf);
 }
 
 /// The keys of a screen, from line `from` on.
