@@ -315,9 +315,14 @@ pub(crate) fn median_ns(samples_ns: &[Vec<u64>]) -> Option<f64> {
 }
 
 pub(crate) fn mad_ns(samples_ns: &[Vec<u64>]) -> Option<f64> {
+    median_and_mad_ns(samples_ns).map(|both| both.1)
+}
+
+pub(crate) fn median_and_mad_ns(samples_ns: &[Vec<u64>]) -> Option<(f64, f64)> {
     let mut repeats = repeat_medians(samples_ns);
     let centre = median(&mut repeats)?;
-    median(&mut repeats.iter().map(|v| (v - centre).abs()).collect::<Vec<_>>())
+    let mut deviations: Vec<f64> = repeats.iter().map(|v| (v - centre).abs()).collect();
+    Some((centre, median(&mut deviations)?))
 }
 
 pub(crate) fn p99_ns(samples_ns: &[Vec<u64>]) -> Option<f64> {
@@ -335,7 +340,7 @@ fn repeat_medians(samples_ns: &[Vec<u64>]) -> Vec<f64> {
 
 /// Mean of the middle two for an even count. Sorts its argument.
 fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
+    values.sort_unstable_by(f64::total_cmp);
     let upper = *values.get(values.len() / 2)?;
     if values.len() % 2 == 1 {
         return Some(upper);

@@ -6,7 +6,7 @@ use std::fmt;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use crate::fields::whole;
-use crate::row::{Row, Status, mad_ns, median_ns, p99_ns};
+use crate::row::{Row, Status, median_and_mad_ns, p99_ns};
 
 /// What the index keeps of a row.
 ///
@@ -80,22 +80,18 @@ impl<'a> Brief<'a> {
     }
 }
 
-/// The position in [`Brief::key`] of a key of the line.
-fn key_field(name: &str) -> Option<usize> {
-    let names =
-        ["problem", "case", "scene_hash", "view", "size", "truth", "machine", "adapter", "device"];
-    names.iter().position(|n| *n == name)
-}
+const SCHEMA: u64 = crate::SCHEMA as u64;
 
-struct Texts;
+/// Reads the object.
+struct Keys;
 
 impl<'de> Deserialize<'de> for Brief<'de> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(Texts)
+        deserializer.deserialize_map(Keys)
     }
 }
 
-impl<'de> Visitor<'de> for Texts {
+impl<'de> Visitor<'de> for Keys {
     type Value = Brief<'de>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -104,31 +100,30 @@ impl<'de> Visitor<'de> for Texts {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Brief<'de>, A::Error> {
         let mut brief = Brief::default();
-        // Kind, schema, run, row, problem, technique, form, case, status.
-        let mut seen = [false; 9];
+        // One bit for each required key.
+        let mut seen = 0_u16;
         let mut samples: Vec<Vec<u64>> = Vec::new();
         while let Some(Text(name)) = map.next_key::<Text<'de>>()? {
-            let required = ["kind", "schema", "run", "row", "problem"]
-                .iter()
-                .chain(&["technique", "form", "case", "status"])
-                .position(|n| *n == name);
-            if let Some(at) = required {
-                seen[at] = true;
+            if name.contains('.') {
+                with_prefix(&name, &mut map, &mut brief)?;
+                continue;
             }
+            let mut required = |bit: u16, text: Cow<'de, str>| {
+                seen |= 1 << bit;
+                text
+            };
             match &*name {
-                "kind" if map.next_value::<Text>()?.0 == "row" => {}
-                "schema"
-                    if (1..=u64::from(crate::SCHEMA)).contains(&map.next_value::<Count>()?.0) => {}
+                "kind" if map.next_value::<Text>()?.0 == "row" => seen |= 1,
+                "schema" if (1..=SCHEMA).contains(&map.next_value::<Count>()?.0) => seen |= 1 << 1,
                 "kind" | "schema" => return Err(A::Error::custom("not a row of ours")),
-                "run" => brief.run = text(&mut map)?,
-                "row" => brief.row = text(&mut map)?,
-                "group" => brief.group = text(&mut map)?,
-                "technique" => brief.technique = text(&mut map)?,
-                "variant" => brief.variant = text(&mut map)?,
-                "form" => brief.form = text(&mut map)?,
-                "time" => brief.time = text(&mut map)?,
-                "clock" => brief.clock = text(&mut map)?,
+                "run" => brief.run = required(2, text(&mut map)?),
+                "row" => brief.row = required(3, text(&mut map)?),
+                "technique" => brief.technique = required(4, text(&mut map)?),
+                "form" => brief.form = required(5, text(&mut map)?),
+                "problem" => brief.key[0] = required(6, text(&mut map)?),
+                "case" => brief.key[1] = required(7, text(&mut map)?),
                 "status" => {
+                    seen |= 1 << 8;
                     brief.status = match &*text(&mut map)? {
                         "ok" => super::Ended::Ok,
                         "failed" => super::Ended::Failed,
@@ -136,6 +131,17 @@ impl<'de> Visitor<'de> for Texts {
                         _ => return Err(A::Error::custom("an unknown status")),
                     }
                 }
+                "scene_hash" => brief.key[2] = text(&mut map)?,
+                "view" => brief.key[3] = text(&mut map)?,
+                "size" => brief.key[4] = text(&mut map)?,
+                "truth" => brief.key[5] = text(&mut map)?,
+                "machine" => brief.key[6] = text(&mut map)?,
+                "adapter" => brief.key[7] = text(&mut map)?,
+                "device" => brief.key[8] = text(&mut map)?,
+                "group" => brief.group = text(&mut map)?,
+                "variant" => brief.variant = text(&mut map)?,
+                "time" => brief.time = text(&mut map)?,
+                "clock" => brief.clock = text(&mut map)?,
                 "stage" | "reason" | "scene" | "driver" | "cpu" | "revision" | "shader_hash"
                 | "baseline" => drop(text(&mut map)?),
                 "threads" => {
@@ -150,34 +156,39 @@ impl<'de> Visitor<'de> for Texts {
                     let plain = |list: Vec<Count>| list.into_iter().map(|c| c.0).collect();
                     samples = list.unwrap_or_default().into_iter().map(plain).collect();
                 }
-                _ => {
-                    if let Some(at) = key_field(&name) {
-                        brief.key[at] = text(&mut map)?;
-                    } else if let Some(name) = named(&name, "error.", "") {
-                        brief.errors.push((name, map.next_value::<Number>()?.0));
-                    } else if let Some(name) = named(&name, "counter.", "") {
-                        let Count(count) = map.next_value::<Option<Count>>()?.ok_or_else(null)?;
-                        brief.counters.push((name, count));
-                    } else if named(&name, "port.", "").is_some() {
-                        map.next_value::<Number>()?;
-                    } else if named(&name, "pass.", "_ns").is_some() {
-                        map.next_value::<Option<Count>>()?.ok_or_else(null)?;
-                    } else {
-                        map.next_value::<Anything>()?;
-                    }
-                }
+                _ => drop(map.next_value::<Anything>()?),
             }
         }
-        if seen != [true; 9] {
+        if seen != 0x1ff {
             return Err(A::Error::custom("a key is missing"));
         }
         sort(&mut brief.errors);
         sort(&mut brief.counters);
-        brief.median_ns = median_ns(&samples);
-        brief.mad_ns = mad_ns(&samples);
+        (brief.median_ns, brief.mad_ns) = median_and_mad_ns(&samples).unzip();
         brief.p99_ns = p99_ns(&samples);
         Ok(brief)
     }
+}
+
+/// Keys made of a prefix and a name.
+fn with_prefix<'de, A: MapAccess<'de>>(
+    key: &Cow<'de, str>,
+    map: &mut A,
+    brief: &mut Brief<'de>,
+) -> Result<(), A::Error> {
+    if let Some(name) = named(key, "error.", "") {
+        brief.errors.push((name, map.next_value::<Number>()?.0));
+    } else if let Some(name) = named(key, "counter.", "") {
+        let Count(count) = map.next_value::<Option<Count>>()?.ok_or_else(null)?;
+        brief.counters.push((name, count));
+    } else if named(key, "port.", "").is_some() {
+        map.next_value::<Number>()?;
+    } else if named(key, "pass.", "_ns").is_some() {
+        map.next_value::<Option<Count>>()?.ok_or_else(null)?;
+    } else {
+        map.next_value::<Anything>()?;
+    }
+    Ok(())
 }
 
 fn null<E: Error>() -> E {

@@ -87,7 +87,8 @@ impl Table {
         let counters = row.counters.iter().map(|counter| counter.1 as f64);
         let numbers = row.errors.iter().map(|error| error.1).chain(counters);
         numbers.take(MOST_VALUES).for_each(|number| packed::push(&mut self.values, number));
-        let plain_time = is_plain(&row.time);
+        let time_ms = crate::time::millis(&row.time);
+        let plain_time = time_ms.is_some() && is_plain(&row.time);
         if !plain_time {
             let text = self.texts.number(&*row.time);
             self.times.insert((file, offset), text);
@@ -98,7 +99,7 @@ impl Table {
             run: u32::MAX,
             ended: row.status,
             gpu_clock: row.clock == "gpu",
-            time_ms: crate::time::millis(&row.time).unwrap_or_default(),
+            time_ms: time_ms.unwrap_or_default(),
             median_ns: row.median_ns.unwrap_or(f64::NAN),
             mad_ns: row.mad_ns.unwrap_or(f64::NAN),
             p99_ns: row.p99_ns.map_or(f32::NAN, |ns| ns as f32),
@@ -195,7 +196,8 @@ impl Table {
     }
 }
 
-/// Whether a time is written as [`crate::time::rfc3339`] writes it, so that its number says all.
+/// Whether a time that was read is written as [`crate::time::rfc3339`] writes it, so that its
+/// number says all.
 fn is_plain(time: &str) -> bool {
     let bytes = time.as_bytes();
     let marks = [(4, b'-'), (7, b'-'), (10, b'T'), (13, b':'), (16, b':'), (19, b'.'), (23, b'Z')];
@@ -203,7 +205,6 @@ fn is_plain(time: &str) -> bool {
         && marks.iter().all(|&(at, mark)| bytes[at] == mark)
         // A leap second has the number of the next second's.
         && bytes[17] != b'6'
-        && crate::time::millis(time).is_some()
 }
 
 /// A row's identity as a number; of one that is not 16 hexadecimal digits a hash, so that no two
