@@ -62,7 +62,9 @@ impl Curve<'_> {
         }
         let label = |buf: &mut Buffer, value: f64, up: u16| {
             let y = plot.bottom() - 1 - up;
-            buf.set_string(area.x, y, (self.format)(value), theme.dim());
+            let figure = (self.format)(value);
+            let x = plot.x - 1 - text::width(&figure) as u16;
+            buf.set_string(x, y, figure, theme.dim());
             buf.set_string(plot.x - 1, y, "┤", theme.dim());
         };
         label(buf, least, height(least, &steps, plot.height));
@@ -142,12 +144,12 @@ mod tests {
             lines(&[("256", 1.0), ("512", 10.0), ("1024", 100.0)], 24, 7),
             [
                 "rmse",
-                "100┤                ●",
-                "   │              ··",
-                "   │         ·◆··",
-                "   │    ·····",
-                "  1┤  ●·",
-                "     256     512  1024",
+                "100┤               ·●",
+                "   │            ···",
+                "   │         ·◆·",
+                "   │     ····",
+                "  1┤   ●·",
+                "      256    512  1024",
             ]
             .map(str::to_string)
         );

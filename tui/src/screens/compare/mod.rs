@@ -299,7 +299,9 @@ fn judge(asked: &Asked, rows: &[Row]) -> Result<Outcome, String> {
             "" => row.technique,
             variant => format!("{}/{variant}", row.technique),
         };
-        let case = [row.case, row.view, row.size].join(" · ");
+        let mut case = vec![row.case, row.view, row.size];
+        case.retain(|part| !part.is_empty());
+        let case = case.join(" · ");
         let entries = [
             pair.old.and_then(|i| asked.entries.get(i).copied()),
             pair.new.and_then(|i| asked.entries.get(asked.old + i).copied()),

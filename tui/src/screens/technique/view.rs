@@ -80,15 +80,14 @@ impl State {
         let mut lines = vec![Line::from(vec![
             Span::styled(id.to_string(), theme.title()),
             Span::raw(format!("  {title}")),
+            Span::styled(if width < WIDE { "  PgDn: documentation" } else { "" }, theme.dim()),
         ])];
         let index = &world.store.index;
-        let Some((at, entry)) = self.selected().and_then(|at| Some((at, index.entries.get(at)?)))
-        else {
+        let Some(entry) = self.selected().and_then(|at| index.entries.get(at)) else {
             let command = format!("dapple measure {} --technique {id}", world.problem);
             lines.push(Line::raw(format!("not recorded yet; {command}")));
             return lines;
         };
-        let _ = at;
         let setting = index.setting(entry);
         let (case, place) = self.keys.get(self.key).cloned().unwrap_or_default();
         let of = if self.keys.len() > 1 {
