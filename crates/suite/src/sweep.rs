@@ -44,6 +44,9 @@ const MOST_SECONDS: u64 = 7 * 24 * 3600;
 /// Combinations that one block may multiply to.
 const MOST_COMBINATIONS: usize = 100_000;
 
+/// Measurements of a whole sweep: at half a second each more than a day, and some 250 MB of plan.
+const MOST_MEASUREMENTS: usize = 250_000;
+
 /// Values to try by knob name.
 type Lists = BTreeMap<String, Vec<Value>>;
 
@@ -141,9 +144,20 @@ impl Sweep {
         within("repeats", self.repeats.into(), MOST_REPEATS.into())?;
         within("limit_s", self.limit_s, MOST_SECONDS)?;
         let (mut groups, mut notes) = (Vec::new(), Vec::new());
+        let mut measurements = 0_usize;
         for measure in &self.measure {
             let problem = problems::find(&measure.problem)?;
             let settings = settings(problem.spec(), measure, &mut notes)?;
+            // Counted before it is made.
+            let here = most_cases(measure).saturating_mul(settings.len());
+            measurements = measurements.saturating_add(here);
+            if measurements > MOST_MEASUREMENTS || most_cases(measure) > MOST_COMBINATIONS {
+                return Err(SuiteError::Usage(format!(
+                    "sweep `{name}` multiplies to {measurements} measurements of {} cases, more \
+                     than {MOST_MEASUREMENTS} of {MOST_COMBINATIONS}",
+                    most_cases(measure)
+                )));
+            }
             for case in cases(problem.spec(), measure)? {
                 groups.extend(grouped(problem.spec(), &case, &settings));
             }
@@ -219,6 +233,13 @@ fn unique<T: Serialize>(mut items: Vec<T>) -> Vec<T> {
     items
 }
 
+/// Cases that a block has if none is there twice.
+fn most_cases(measure: &Measure) -> usize {
+    let lists = [measure.scenes.len(), measure.views.len(), measure.seeds.len()];
+    let parameters = measure.parameters.values().map(Vec::len);
+    lists.into_iter().chain(parameters).fold(1, |all, one| all.saturating_mul(one.max(1)))
+}
+
 pub(crate) fn cases(spec: &Spec, measure: &Measure) -> Result<Vec<Case>, SuiteError> {
     let or = |list: &[String], other: &str| {
         if list.is_empty() { vec![other.to_string()] } else { list.to_vec() }
@@ -282,6 +303,12 @@ pub(crate) fn settings(
         let forms =
             if measure.forms.is_empty() { &[Form::Cpu, Form::Gpu][..] } else { &measure.forms };
         for variant in variants(technique, &pick.variants)? {
+            let each = lists.values().fold(1, |all: usize, l| all.saturating_mul(l.len()));
+            if settings.len().saturating_add(each) > MOST_COMBINATIONS {
+                return Err(SuiteError::Usage(format!(
+                    "the knob lists multiply to more than {MOST_COMBINATIONS} combinations"
+                )));
+            }
             for knobs in product("knob", technique.knobs, &lists)? {
                 settings.extend(forms.iter().filter(|f| technique.forms.contains(f)).map(|form| {
                     Setting {
@@ -445,6 +472,38 @@ mod tests {
         ))
         .unwrap_err();
         assert!(error.to_string().contains("more than 100000 combinations"), "{error}");
+    }
+
+    #[test]
+    fn products_over_lists_of_all_kinds_are_counted_before_they_are_made() {
+        let list = |count: usize| (0..count).map(|v| v.to_string()).collect::<Vec<_>>().join(",");
+        let names = |count: usize| (0..count).map(|v| format!("'s{v}'")).collect::<Vec<_>>();
+        let block = "[[measure]]\nproblem = 'shadow-filtering'\nforms = ['cpu']\n";
+        let seeds = format!("{block}seeds = [{}]\n", list(600));
+        let some = |technique: &str| format!("{seeds}[[measure.technique]]\nid = '{technique}'\n");
+        assert!(plan(&format!("about = 't'\n{}", some("hard"))).is_ok(), "the control");
+        let ten_to_the_twelve = format!(
+            "about = 't'\n{block}scenes = [{0}]\nviews = [{0}]\nseeds = [{1}]\n",
+            names(10_000).join(","),
+            list(10_000)
+        );
+        let knobs = format!(
+            "knobs = {{ resolution = [{}] }}",
+            list(616).replacen("0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,", "", 1)
+        );
+        let many_techniques: String =
+            (0..300).map(|_| format!("[[measure.technique]]\nid = 'vsm'\n{knobs}\n")).collect();
+        for (text, limit) in [
+            (ten_to_the_twelve, "more than 250000 of 100000"),
+            (format!("about = 't'\n{}", seeds.repeat(1000)), "more than 250000 of 100000"),
+            (format!("about = 't'\n{block}{many_techniques}"), "more than 100000 combinations"),
+        ] {
+            let start = std::time::Instant::now();
+            let error = plan(&text).unwrap_err();
+            assert!(error.to_string().contains(limit), "{error}");
+            assert_eq!(error.exit_code(), 2);
+            assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+        }
     }
 
     #[test]
