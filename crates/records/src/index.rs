@@ -252,10 +252,8 @@ impl Index {
     pub fn error(&self, entry: &Entry, metric: &str) -> Option<f64> {
         let (errors, _, cut) = self.split(entry);
         match errors.iter().position(|name| name == metric) {
-            Some(at) => {
-                self.table.value(entry, at).or_else(|| self.from_disk(entry, metric, false))
-            }
-            None if cut => self.from_disk(entry, metric, false),
+            Some(at) => self.table.value(entry, at).or_else(|| self.on_disk(entry, metric, false)),
+            None if cut => self.on_disk(entry, metric, false),
             None => None,
         }
     }
@@ -269,9 +267,9 @@ impl Index {
         match counters.iter().position(|counter| counter == name) {
             Some(at) => {
                 let value = self.table.value(entry, errors.len() + at);
-                value.or_else(|| self.from_disk(entry, name, true))
+                value.or_else(|| self.on_disk(entry, name, true))
             }
-            None if cut => self.from_disk(entry, name, true),
+            None if cut => self.on_disk(entry, name, true),
             None => None,
         }
     }
@@ -300,7 +298,7 @@ impl Index {
         (errors, counters, shape.is_some_and(|shape| shape.cut))
     }
 
-    fn from_disk(&self, entry: &Entry, name: &str, counter: bool) -> Option<f64> {
+    fn on_disk(&self, entry: &Entry, name: &str, counter: bool) -> Option<f64> {
         let row = self.row(entry).ok()?;
         if counter {
             row.counters.get(name).map(|&count| count as f64)

@@ -1,5 +1,7 @@
 //! Memory and losses at size. `DAPPLE_RECORDS_ROWS` and `DAPPLE_RECORDS_MB` raise the sizes
 //! (1000000 and 1024 are what the documentation states); `--nocapture` prints the figures.
+// Helpers of tests may panic as tests do.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod common;
 

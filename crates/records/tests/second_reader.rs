@@ -1,5 +1,7 @@
 //! Another JSON reader gets from our lines what we put in, and finds them flat: each key holds one
 //! type of scalar, or a list, on every line. That is what column readers need to infer a table.
+// Helpers of tests may panic as tests do.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod common;
 

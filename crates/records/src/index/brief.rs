@@ -149,14 +149,18 @@ impl<'de> Visitor<'de> for Keys {
                     u32::try_from(threads).map_err(A::Error::custom)?;
                 }
                 "dirty" => drop(map.next_value::<Option<bool>>()?),
-                "ratio" => drop(map.next_value::<Number>()?),
+                "ratio" => {
+                    map.next_value::<Number>()?;
+                }
                 "memory_bytes" => brief.memory_bytes = map.next_value::<Count>()?.0,
                 "samples_ns" => {
                     let list: Option<Vec<Vec<Count>>> = map.next_value()?;
                     let plain = |list: Vec<Count>| list.into_iter().map(|c| c.0).collect();
                     samples = list.unwrap_or_default().into_iter().map(plain).collect();
                 }
-                _ => drop(map.next_value::<Anything>()?),
+                _ => {
+                    map.next_value::<Anything>()?;
+                }
             }
         }
         if seen != 0x1ff {

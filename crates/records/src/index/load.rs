@@ -54,13 +54,13 @@ struct Part {
 }
 
 enum Item<'a> {
-    Row(Brief<'a>),
+    Row(Box<Brief<'a>>),
     Line(Line),
 }
 
 fn item(line: &[u8]) -> Result<Item<'_>, RecordError> {
     match Brief::parse(line) {
-        Some(row) => Ok(Item::Row(row)),
+        Some(row) => Ok(Item::Row(Box::new(row))),
         None => Line::parse(line).map(Item::Line),
     }
 }
