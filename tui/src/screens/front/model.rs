@@ -264,7 +264,7 @@ fn point(
         return Err("by the other clock".into());
     }
     for (name, most) in constraints {
-        let kept = index.error(entry, name).is_some_and(|value| value <= *most);
+        let kept = index.value(entry, name).is_some_and(|value| value <= *most);
         if !kept {
             return Err(format!("{name} above {most} or not measured"));
         }
