@@ -158,7 +158,8 @@ fn compared(r: Receiver, slope: vec2<f32>, px: Place, py: Place) -> f32 {
             var limit = z;
             if PLANE_BIAS {
                 let centre = (vec2<f32>(texel) + 0.5) / size;
-                limit += dot(slope, centre - vec2(r.u, r.v));
+                // An empty texel hides nothing, also where the plane runs past the far plane.
+                limit = min(limit + dot(slope, centre - vec2(r.u, r.v)), max(z, 1.0));
             }
             let depth = decode(words[texel.y * params.width + texel.x]).x;
             line += select(column.y, 0.0, depth < limit);

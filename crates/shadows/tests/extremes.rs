@@ -127,6 +127,29 @@ fn one_depth_is_a_step_for_the_statistical_estimators() {
     }
 }
 
+/// A receiver near the far plane whose own plane runs past it within the window: what is stored
+/// there is empty, and empty texels hide nothing. One occluder still does: the control.
+#[test]
+fn an_empty_texel_hides_nothing_from_a_plane_that_runs_past_it() {
+    let steep = Receiver::new(0.5, 0.5, 0.98).with_slope(0.9, -0.4);
+    for lookup in LOOKUPS {
+        let closer = Settings::new(Estimator::Pcf { taps: 0 });
+        let s = Settings { lookup, plane_bias: true, ..closer };
+        for (name, map, lit) in [
+            ("empty", map(16, 16, |_, _| 1.0), true),
+            ("occluded", map(16, 16, |x, _| if x < 8 { 0.1 } else { 1.0 }), false),
+        ] {
+            let exact = reference::visibility(&map, &[steep], &s).unwrap()[0];
+            let mut filter = cpu::Filter::new(map.width, map.height, &s).unwrap();
+            filter.prefilter(&map).unwrap();
+            let mut fast = [f32::NAN];
+            filter.shade(&map, &[steep], &mut fast).unwrap();
+            assert_eq!(exact > 1.0 - 1e-12, lit, "{name}: {exact}");
+            assert!((f64::from(fast[0]) - exact).abs() < 1e-6, "{name}: {fast:?}, {exact}");
+        }
+    }
+}
+
 #[test]
 fn the_widest_window_on_a_tiny_map_sees_the_whole_of_it() {
     // Repeated borders weigh most, but the minimum and maximum are those of the map.

@@ -138,7 +138,10 @@ impl<'a> Oracle<'a> {
                     let tv = ((texel / width as usize) as f64 + 0.5) / f64::from(height);
                     let plane = z + f64::from(du) * (tu - u) + f64::from(dv) * (tv - v);
                     for (sum, nudge) in sums.iter_mut().zip(nudges) {
-                        let lit = step::visibility(self.planes[0][texel], plane + nudge);
+                        // The plane may run past the far plane within the window; an empty
+                        // texel, of depth 1, hides nothing all the same.
+                        let compared = (plane + nudge).min((z + nudge).max(1.0));
+                        let lit = step::visibility(self.planes[0][texel], compared);
                         *sum += f64::from(share) * wx * wy * lit;
                     }
                 }

@@ -64,6 +64,8 @@ impl Filter {
             Lookup::Nearest => &self.taps.nearest,
             Lookup::Bilinear => &self.taps.bilinear,
         };
+        // An empty texel hides nothing, also where the plane runs past the far plane.
+        let farthest = z.max(1.0);
         let mut sum = 0.0;
         for row in taps {
             let y = (footprint.y0 as i32 + row.offset).clamp(0, height - 1);
@@ -73,6 +75,7 @@ impl Filter {
             for tap in taps {
                 let x = (footprint.x0 as i32 + tap.offset).clamp(0, width - 1);
                 let plane = z_row + du * ((x as f32 + 0.5) / width as f32 - receiver.u);
+                let plane = plane.min(farthest);
                 let weight = tap.first + footprint.fx * (tap.second - tap.first);
                 row_sum += if line[x as usize] < plane { 0.0 } else { weight };
             }
