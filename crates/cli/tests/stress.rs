@@ -50,7 +50,8 @@ fn an_axis_is_pushed_recorded_and_each_point_shows_again() {
         let output = run(at, &words);
         code(&output, 0);
         let text = String::from_utf8_lossy(&output.stdout);
-        assert!(text.contains(&format!("{} at factors = {label}", point.technique)), "{text}");
+        let title = format!("{}/plain (cpu) at factors = {label}\n", point.technique);
+        assert!(text.contains(&title), "{text}");
         assert!(text.contains(&point.verdict) && text.contains(&point.reason), "{text}");
     }
 }
@@ -96,6 +97,7 @@ fn names_that_nothing_has_are_refused_with_what_there_is() {
         (&["partition-offsets", "--axis", "beauty"][..], "there is: leaves"),
         (&["partition-offsets", "--technique", "beauty"], "there is: thread-per-cell"),
         (&["partition-offsets", "--form", "reference"], "there is: cpu, gpu"),
+        (&["partition-offsets", "--technique", "cpu-thread", "--form", "gpu"], "nothing to push"),
         (&["beauty"], "no problem `beauty`"),
         (&["--axis", "scale"], "name the problem"),
         (&["partition-offsets", "--at", "1"], "--at takes one axis"),

@@ -161,7 +161,7 @@ mod tests {
     use super::*;
     use dapple_foliage::partition::PartitionError;
 
-    const TWICE: Criterion = Criterion { metric: "rmse", times: 2.0, plus: 0.01 };
+    const TWICE: Criterion = Criterion { metric: "rmse", times: 2.0, plus: 0.25 };
 
     fn found(error: f64, violations: &[&str]) -> Result<Checked, SuiteError> {
         Ok(Checked {
@@ -178,17 +178,17 @@ mod tests {
 
     #[test]
     fn an_error_is_safe_up_to_its_limit_and_the_reason_names_both() {
-        let home = Home::Error(0.1);
-        let safe = judge(&TWICE, &home, false, &found(0.21, &[]));
+        let home = Home::Error(0.125);
+        let safe = judge(&TWICE, &home, false, &found(0.5, &[]));
         let expected = Judgement {
             verdict: Verdict::Safe,
-            error: Some(0.21),
-            limit: Some(0.21),
+            error: Some(0.5),
+            limit: Some(0.5),
             reason: String::new(),
         };
         assert_eq!(safe, expected);
-        let (verdict, reason) = with(&home, &found(0.22, &[]));
-        assert_eq!((verdict, reason.as_str()), (Verdict::Broken, "rmse 0.2200 exceeds 0.2100"));
+        let (verdict, reason) = with(&home, &found(0.51, &[]));
+        assert_eq!((verdict, reason.as_str()), (Verdict::Broken, "rmse 0.5100 exceeds 0.5000"));
         assert_eq!(with(&Home::Here, &found(0.9, &[])).0, Verdict::Safe);
     }
 

@@ -1,6 +1,6 @@
 //! `dapple stress --at`: one point in this process, with its figures and pictures.
 
-use super::plan;
+use super::{nothing, plan};
 use crate::{
     Outcome, args, feed,
     output::{note, put},
@@ -25,6 +25,9 @@ use std::path::{Path, PathBuf};
 /// Shows the point of every technique and form asked for.
 pub fn run(args: &args::Stress) -> Result<Outcome> {
     let whole = plan(args)?;
+    if whole.axes.is_empty() {
+        return nothing(args);
+    }
     let [axis_plan] = &whole.axes[..] else {
         let text =
             format!("--at takes one axis and one scene, and this names {}", whole.axes.len());
@@ -85,7 +88,8 @@ fn tell(as_feed: bool, setting: &Setting, shown: &Shown, folder: Option<&Path>) 
         note!("note: {note}");
     }
     let because = if line.reason.is_empty() { String::new() } else { format!(": {}", line.reason) };
-    put!("{setting} at {} = {} {}", line.axis, line.label, line.unit)?;
+    let unit = if line.unit.is_empty() { String::new() } else { format!(" {}", line.unit) };
+    put!("{setting} at {} = {}{unit}", line.axis, line.label)?;
     put!("  {}{because}", line.verdict)?;
     if let Some(limit) = line.limit {
         put!("  {:<16} {:>10}  limit {}", line.metric, figure(line.error), significant(limit))?;
