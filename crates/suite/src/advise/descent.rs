@@ -113,39 +113,37 @@ impl Descent<'_> {
         let apart = knob.apart.then_some(knob.default);
         // Positions with an order between them.
         let order: Vec<usize> = (0..knob.values.len()).filter(|i| Some(*i) != apart).collect();
-        loop {
-            let known: Vec<usize> =
-                (0..order.len()).filter(|k| self.known.contains_key(&place(order[*k]))).collect();
-            let Some(&first) = known.first() else {
-                // Nothing yet but the value that stands apart.
-                return Err(vec![place(order[order.len() / 2])]);
-            };
-            let best = known.iter().fold(first, |best, k| {
-                if self.beats(&place(order[*k]), &place(order[best])) { *k } else { best }
-            });
-            let below = known.iter().rev().find(|k| **k < best).map_or(0, |k| k + 1);
-            let above = known.iter().find(|k| **k > best).copied().unwrap_or(order.len());
-            // Unknown positions on either side of the best, up to the next known one.
-            let (left, right) = (best - below, above - best - 1);
-            if left == 0 && right == 0 {
-                if let Some(end) = wide.then(|| self.flat_end(&order, best, &place)).flatten() {
-                    return Err(vec![place(end)]);
-                }
-                let own = place(order[best]);
-                let apart = apart.map(place);
-                self.all(apart.as_slice())?;
-                return Ok(match apart {
-                    Some(apart) if !self.beats(&own, &apart) => apart,
-                    _ => self.best(at, &[own]),
-                });
+        let known: Vec<usize> =
+            (0..order.len()).filter(|k| self.known.contains_key(&place(order[*k]))).collect();
+        let Some(&first) = known.first() else {
+            // Nothing yet but the value that stands apart.
+            return Err(vec![place(order[order.len() / 2])]);
+        };
+        let best = known.iter().fold(first, |best, k| {
+            if self.beats(&place(order[*k]), &place(order[best])) { *k } else { best }
+        });
+        let below = known.iter().rev().find(|k| **k < best).map_or(0, |k| k + 1);
+        let above = known.iter().find(|k| **k > best).copied().unwrap_or(order.len());
+        // Unknown positions on either side of the best, up to the next known one.
+        let (left, right) = (best - below, above - best - 1);
+        if left == 0 && right == 0 {
+            if let Some(end) = wide.then(|| self.flat_end(&order, best, &place)).flatten() {
+                return Err(vec![place(end)]);
             }
-            let step = |gap: usize| match wide {
-                true => ((GOLDEN * (gap + 1) as f64).round() as usize).clamp(1, gap),
-                false => 1,
-            };
-            let next = if right >= left { best + step(right) } else { best - step(left) };
-            return Err(vec![place(order[next])]);
+            let own = place(order[best]);
+            let apart = apart.map(place);
+            self.all(apart.as_slice())?;
+            return Ok(match apart {
+                Some(apart) if !self.beats(&own, &apart) => apart,
+                _ => self.best(at, &[own]),
+            });
         }
+        let step = |gap: usize| match wide {
+            true => ((GOLDEN * (gap + 1) as f64).round() as usize).clamp(1, gap),
+            false => 1,
+        };
+        let next = if right >= left { best + step(right) } else { best - step(left) };
+        Err(vec![place(order[next])])
     }
 
     /// Where the best is no better than its neighbour on one side, the unknown end of that side: a
