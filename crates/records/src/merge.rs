@@ -377,7 +377,7 @@ mod tests {
             let third = folder.path().join("third");
             merge(&[first.clone(), second, paths[0].clone()], &third, Times::Keep).unwrap();
             prop_assert!(bytes == fs::read(&third).unwrap(), "a merge of merges is another");
-            merge(&[first.clone()], &first, Times::Keep).unwrap();
+            merge(std::slice::from_ref(&first), &first, Times::Keep).unwrap();
             prop_assert!(bytes == fs::read(&first).unwrap(), "in place it is another");
 
             let read = read_file(&first).unwrap();
@@ -412,7 +412,7 @@ mod tests {
             let out = folder.path().join(format!("out{i}"));
             let merged = merge(&paths, &out, Times::Keep).unwrap();
             assert_eq!((merged.replaced, merged.duplicates, merged.unfinished), (1, 0, 1));
-            assert_eq!(read_file(&out).unwrap().rows, [new.clone()]);
+            assert_eq!(read_file(&out).unwrap().rows, std::slice::from_ref(&new));
         }
         // At one time the content decides, not the order.
         let twin = Row { memory_bytes: 3, ..row(0) };

@@ -10,7 +10,7 @@ const GRID: u32 = 8;
 fn surfaces(case: &ShadowCase<'_>) -> Vec<Option<Surface>> {
     let camera = scene::camera(case.scene(), "").unwrap();
     let [width, height] = case.size();
-    let items = dapple_trace::item_buffer(case.tracer(), camera, width, height);
+    let items = dapple_trace::item_buffer(case.tracer(), &camera, width, height);
     let all = dapple_trace::surfaces(case.tracer(), &items);
     all.into_iter().zip(case.mask()).map(|(s, m)| s.filter(|_| *m)).collect()
 }
