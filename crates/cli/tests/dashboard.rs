@@ -37,7 +37,7 @@ fn size(columns: u16, rows: u16) -> libc::winsize {
 impl Terminal {
     fn open(folder: &Path, fault: &str) -> Self {
         let (mut master, mut slave) = (0, 0);
-        let mut eighty = size(80, 24);
+        let eighty = size(80, 24);
         // SAFETY: the pointers are to locals; name and modes are not asked for.
         let opened = unsafe {
             libc::openpty(
@@ -45,7 +45,7 @@ impl Terminal {
                 &mut slave,
                 std::ptr::null_mut(),
                 std::ptr::null_mut(),
-                &mut eighty,
+                &eighty,
             )
         };
         assert_eq!(opened, 0, "a pseudo-terminal");

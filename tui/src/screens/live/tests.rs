@@ -61,7 +61,7 @@ fn checked(request: u64, rmse: f64) -> Feed {
 
 fn picture(request: u64) -> Feed {
     let bytes = |lit: u32| {
-        let pixel = |i: u32| if (i % 32 + i / 32) % lit == 0 { 255_u8 } else { 60 };
+        let pixel = |i: u32| if (i % 32 + i / 32).is_multiple_of(lit) { 255_u8 } else { 60 };
         STANDARD.encode((0..32 * 18).map(pixel).collect::<Vec<u8>>())
     };
     Feed::Picture { request, width: 32, height: 18, truth: bytes(4), result: bytes(3) }

@@ -197,16 +197,24 @@ fn details(row: &Summary, info: Option<&ProblemInfo>, world: &World) -> Vec<Pair
         let key = if pairs.iter().any(|p: &Pair| p.key == "next") { "" } else { "next" };
         pairs.push(pair(key, next).style(theme.title()));
     }
-    pairs.extend(row.gates.broken.iter().take(5).map(|broken| {
-        pair("broken", broken.clone()).style(theme.bad())
-    }));
+    pairs.extend(
+        row.gates
+            .broken
+            .iter()
+            .take(5)
+            .map(|broken| pair("broken", broken.clone()).style(theme.bad())),
+    );
     for best in &row.best {
         let key = &best.key;
         let device = if key.device == "cpu" { "" } else { &format!(" ({})", key.device) };
         let whose = world.catalogue.as_ref().is_some_and(|c| c.machine == key.machine);
         let machine = if whose { "this machine" } else { &key.machine };
-        pairs.push(pair("best", format!("{}{device}, {machine}: {} {}", key.adapter, key.case, key.size)));
-        for (at, level) in best.at.iter().zip(info.map(|i| i.levels.as_slice()).unwrap_or_default()) {
+        pairs.push(pair(
+            "best",
+            format!("{}{device}, {machine}: {} {}", key.adapter, key.case, key.size),
+        ));
+        for (at, level) in best.at.iter().zip(info.map(|i| i.levels.as_slice()).unwrap_or_default())
+        {
             let metric = info.map(|i| i.axis.as_str()).unwrap_or_default();
             let found = at.as_ref().map_or("none".into(), |c| {
                 format!(
@@ -243,7 +251,10 @@ fn details(row: &Summary, info: Option<&ProblemInfo>, world: &World) -> Vec<Pair
         ),
     ));
     let (safe, all) = row.stable;
-    pairs.push(pair("stable", format!("{safe} of {all} pairs of technique and axis are safe throughout")));
+    pairs.push(pair(
+        "stable",
+        format!("{safe} of {all} pairs of technique and axis are safe throughout"),
+    ));
     pairs
 }
 

@@ -331,7 +331,10 @@ fn about_run(run: &RunHeader, ended: bool, world: &World) -> Vec<Pair> {
         pair("state", next),
         pair("time", run.time.clone()),
         pair("program", format!("{} {}{dirty}", run.version, run.revision)),
-        pair("machine", format!("{}: {}, {} threads{memory}, {}", run.machine, run.cpu, run.threads, run.os)),
+        pair(
+            "machine",
+            format!("{}: {}, {} threads{memory}, {}", run.machine, run.cpu, run.threads, run.os),
+        ),
         pair("run", run.run.clone()),
     ]
 }
@@ -364,7 +367,10 @@ fn draw_form(form: &Form, theme: Theme, area: Rect, buf: &mut Buffer) {
         line(i + 1, field.name, value, field.hint);
     }
     lines.push(Line::default());
-    lines.push(Line::styled("Enter start  Esc leave  Up, Down field  Left, Right choice", theme.dim()));
+    lines.push(Line::styled(
+        "Enter start  Esc leave  Up, Down field  Left, Right choice",
+        theme.dim(),
+    ));
     // The field at hand is always seen.
     let first = (form.at + 1).saturating_sub(usize::from(inside.height).max(1));
     let shown: Vec<_> = lines.into_iter().skip(first).take(inside.height.into()).collect();
