@@ -54,7 +54,7 @@ mod tests {
         std::fs::write(&path, format!("noise\n{later}\nmore noise\n")).unwrap();
         let said = skipped(&read(&path).unwrap()).unwrap();
         assert!(
-            said.starts_with("lines skipped: 3 (1 of a later schema, 2 not a JSON object); "),
+            said.starts_with("lines skipped: 3 (2 not a JSON object, 1 of a later schema); "),
             "{said}"
         );
         assert!(said.contains("line 1 of "), "{said}");
