@@ -163,14 +163,14 @@ fn nothing(args: &args::Stress) -> Result<Outcome> {
 /// With a progress bar, and the time left after each axis.
 fn shown(plan: &StressPlan, options: &Options, stop: &AtomicBool) -> Result<Finished, SuiteError> {
     let bar = progress_bar(plan.points());
-    let (mut spent, mut pushed) = (Duration::ZERO, 0);
+    let (mut spent, mut pushed, mut left) = (Duration::ZERO, 0, plan.points());
     // A child that dies at its start, or a reader of our notes that goes away, must not take the
     // run along.
     die_of_closed_pipes(false);
     let finished = stress::run(plan, options, stop, &mut |progress| match progress {
         Progress::Started { path, total, resumed } => {
             let axes = plan.axes.len();
-            bar.suspend(|| note!("{axes} axes, {total} points on their grids"));
+            bar.suspend(|| note!("axes: {axes}, points on their grids: {total}"));
             if resumed > 0 {
                 bar.suspend(|| note!("resuming {}: {resumed} points are there", path.display()));
             }
@@ -181,11 +181,17 @@ fn shown(plan: &StressPlan, options: &Options, stop: &AtomicBool) -> Result<Fini
         }
         Progress::Point(_) => bar.inc(1),
         Progress::AxisEnd { plan: axis, points, took } => {
-            spent += took;
-            pushed += axis.points;
-            let left = spent.as_secs_f64() * (plan.points() - pushed) as f64 / pushed.max(1) as f64;
+            left -= axis.points;
+            // What an earlier run had done tells nothing of the time.
+            if points > 0 {
+                spent += took;
+                pushed += axis.points;
+            }
+            let seconds = spent.as_secs_f64() * left as f64 / pushed.max(1) as f64;
             let (id, took) = (&axis.axis, took.as_secs_f64());
-            bar.suspend(|| note!("{id}: {points} points in {took:.1} s; about {left:.0} s left"));
+            bar.suspend(|| {
+                note!("{id}: {points} points in {took:.1} s; about {seconds:.0} s left")
+            });
         }
     });
     die_of_closed_pipes(true);
