@@ -17,7 +17,7 @@ Examples:
   dapple verify                                             correctness gates, exit 1 if broken
   dapple claims shadow-filtering                            what the sources say, judged
   dapple stress shadow-filtering --axis scale               where it breaks
-  dapple advise shadow-filtering --scene oak.glb --error 0.02   the cheapest that is good enough
+  dapple advise shadow-filtering --scene oak.glb            the cheapest that is good enough
   dapple compare old.jsonl records                          faster, slower, better, worse
   dapple report -o report.html                              everything on one page
   dapple render shadow-filtering vsm --scene car -o out/    picture, truth and error map

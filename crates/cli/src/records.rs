@@ -33,11 +33,13 @@ fn words(skipped: &[Skipped], by_reason: &BTreeMap<&'static str, usize>) -> Opti
     let count: usize = by_reason.values().sum();
     let reasons: Vec<String> =
         by_reason.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+    // The folder is what the user named.
+    let file = first.path.file_name().unwrap_or(first.path.as_os_str());
     Some(format!(
         "lines skipped: {count} ({}); the first is line {} of {}: {}",
         reasons.join(", "),
         first.line,
-        first.path.display(),
+        file.display(),
         first.reason
     ))
 }
@@ -57,7 +59,7 @@ mod tests {
             said.starts_with("lines skipped: 3 (2 not a JSON object, 1 of a later schema); "),
             "{said}"
         );
-        assert!(said.contains("line 1 of "), "{said}");
+        assert!(said.contains("line 1 of a.jsonl: "), "{said}");
         std::fs::write(&path, "").unwrap();
         assert_eq!(skipped(&read(&path).unwrap()), None);
     }
