@@ -5,7 +5,7 @@ use crate::{
     Outcome,
     args::{self, Format},
     die_of_closed_pipes,
-    output::{Table, note, put, significant},
+    output::{Table, note, put},
 };
 use anyhow::Result;
 use dapple_gpu::AdapterKind;
@@ -57,7 +57,7 @@ pub fn run(args: &args::Advise) -> Result<Outcome> {
         Progress::Row(_) => bar.inc(1),
         _ => {}
     };
-    let mut live = Live::new(case.clone(), options, Arc::clone(&stop), time, &mut tell);
+    let mut live = Live::new(case.clone(), options, Arc::clone(&stop), begun + time, &mut tell);
     // A measuring process that dies at its start must not take the search along.
     die_of_closed_pipes(false);
     let advice = advise(&space, &request, &mut live);
@@ -220,8 +220,10 @@ impl Shown<'_> {
             put!("  error against {}", row.truth)?;
             put!("  time: {} form on {device}, {} clock, {}", row.form, row.clock, row.size)?;
         }
-        if !self.advice.met {
-            put!("  nothing that was measured meets this; the nearest is shown")?;
+        match &self.advice.choice {
+            Some(_) if self.advice.met => {}
+            Some(_) => put!("  nothing that was measured meets this; the nearest is shown")?,
+            None => put!("  nothing passed its check in the time there was")?,
         }
         let choice = self.advice.choice.as_ref();
         let mut table = Table::new(&["", "technique", "time", "±", "error", "price", "knobs"]);
@@ -237,8 +239,8 @@ impl Shown<'_> {
                 turned(spec, &found.setting).join(" ").into(),
             ]);
         }
-        table.print(Format::Table)?;
         if let Some(choice) = choice {
+            table.print(Format::Table)?;
             put!("measure it: {}", self.command(&choice.setting))?;
         }
         if !self.advice.dropped.is_empty() {
@@ -318,9 +320,8 @@ fn price(choice: &Found, found: &Found) -> String {
         return String::new();
     }
     let factor = |a: f64, b: f64| match a / b {
-        factor if factor.is_finite() => {
-            format!("x{}", significant((factor * 100.0).round() / 100.0))
-        }
+        factor if factor.is_finite() && factor < 10.0 => format!("x{factor:.2}"),
+        factor if factor.is_finite() => format!("x{factor:.0}"),
         _ => "-".into(),
     };
     let (time, error) = (factor(found.time_ns, choice.time_ns), factor(found.error, choice.error));

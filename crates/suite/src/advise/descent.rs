@@ -23,6 +23,9 @@ const TUNABLE: f64 = 1.6;
 /// Errors closer than this share lie on a plateau.
 const FLAT: f64 = 0.02;
 
+/// A knob costs time where a step multiplies it by this.
+const DEARER: f64 = 1.5;
+
 /// Turns over all knobs before a search is content.
 const MOST_TURNS: usize = 4;
 
@@ -125,9 +128,13 @@ impl Descent<'_> {
         let below = known.iter().rev().find(|k| **k < best).map_or(0, |k| k + 1);
         let above = known.iter().find(|k| **k > best).copied().unwrap_or(order.len());
         // Unknown positions on either side of the best, up to the next known one.
-        let (left, right) = (best - below, above - best - 1);
+        let (left, mut right) = (best - below, above - best - 1);
+        if left == 0 && right > 0 && self.is_enough(&place(order[best]), dial) {
+            right = 0;
+        }
         if left == 0 && right == 0 {
-            if let Some(end) = wide.then(|| self.flat_end(&order, best, &place)).flatten() {
+            let free = wide && !self.rises(&place(order[best]), dial);
+            if let Some(end) = free.then(|| self.flat_end(&order, best, &place)).flatten() {
                 return Err(vec![place(end)]);
             }
             let own = place(order[best]);
@@ -142,8 +149,40 @@ impl Descent<'_> {
             true => ((GOLDEN * (gap + 1) as f64).round() as usize).clamp(1, gap),
             false => 1,
         };
-        let next = if right >= left { best + step(right) } else { best - step(left) };
+        // The lower side first, where what costs time is cheap. Where time was seen to rise, the
+        // dearer side is climbed a step at a time: a stride would pay for the dearest first.
+        let next = match left {
+            0 if self.rises(&place(order[best]), dial) => best + 1,
+            0 => best + step(right),
+            left => best - step(left),
+        };
         Err(vec![place(order[next])])
+    }
+
+    /// The results at `at` and at the nearest known lower value of a dial.
+    fn with_lower(&self, at: &Point, dial: usize) -> Option<(Score, Score)> {
+        let known = |point: &Point| self.known.get(point).copied().flatten();
+        let lower = (0..at[dial]).rev().find_map(|i| known(&with(at, dial, i)))?;
+        Some((known(at)?, lower))
+    }
+
+    /// Whether time was seen to rise with a dial.
+    fn rises(&self, at: &Point, dial: usize) -> bool {
+        let seen = self.with_lower(at, dial);
+        seen.is_some_and(|(own, lower)| own.time_ns > DEARER * lower.time_ns && !own.ties(&lower))
+    }
+
+    /// Whether dearer values of a dial need not be measured: the goal is met at less, or the next one
+    /// would break the budget by far.
+    fn is_enough(&self, at: &Point, dial: usize) -> bool {
+        let Some((own, lower)) = self.with_lower(at, dial) else { return false };
+        let next_ns = own.time_ns * (own.time_ns / lower.time_ns).min(4.0);
+        self.rises(at, dial)
+            && match self.goal {
+                Goal::Error { .. } => own.meets(self.goal),
+                Goal::Budget { ns } => next_ns > 2.0 * ns,
+                Goal::Knee => false,
+            }
     }
 
     /// Where the best is no better than its neighbour on one side, the unknown end of that side: a

@@ -24,6 +24,12 @@ use std::{
 /// case anew.
 const GROUP: usize = 24;
 
+/// Settings of the first group.
+const FIRST: usize = 4;
+
+/// Part of the time left that one group may be expected to take.
+const PARTS: f64 = 4.0;
+
 /// Timed repeats while searching, and for those that the answer will name.
 const REPEATS: u32 = 3;
 const MORE_REPEATS: u32 = 9;
@@ -41,20 +47,19 @@ pub struct Live<'a> {
     pub files: Vec<PathBuf>,
     /// Time spent until the first setting of each process was begun: preparing the case.
     pub preparing: Duration,
-    /// Longest time a setting has taken, measured by its group.
+    /// Longest time a setting has taken, on average over its group.
     slowest: Duration,
 }
 
 impl<'a> Live<'a> {
-    /// Measures on `case` for `time` from now on. `stop`, once set by someone else, ends it too.
+    /// Measures on `case` until `end`. `stop`, once set by someone else, ends it too.
     pub fn new(
         case: Case,
         options: Options,
         stop: Arc<AtomicBool>,
-        time: Duration,
+        end: Instant,
         tell: &'a mut dyn FnMut(Progress<'_>),
     ) -> Self {
-        let end = Instant::now() + time;
         let (rows, files) = (Vec::new(), Vec::new());
         let (preparing, slowest) = (Duration::ZERO, Duration::ZERO);
         Self { case, options, stop, end, tell, rows, files, preparing, slowest }
@@ -64,12 +69,13 @@ impl<'a> Live<'a> {
         let mut answers = Vec::new();
         while answers.len() < settings.len() {
             let left = self.end.saturating_duration_since(Instant::now());
-            // What would not be finished is not begun: an unfinished group leaves nothing.
+            // A group that the end cuts short leaves nothing: none may take more than a part of what
+            // is left, and the first, of unknown pace, is small.
             let fits = match self.slowest {
-                Duration::ZERO => GROUP,
-                slowest => (left.as_secs_f64() / slowest.as_secs_f64()) as usize,
+                Duration::ZERO => FIRST,
+                each => (left.as_secs_f64() / PARTS / each.as_secs_f64()).max(1.0) as usize,
             };
-            if left.is_zero() || fits == 0 || self.stop.load(Ordering::Relaxed) {
+            if left.is_zero() || self.stop.load(Ordering::Relaxed) {
                 break;
             }
             let rest = &settings[answers.len()..];

@@ -7,6 +7,7 @@ use super::{
     space::Point,
 };
 use crate::{SuiteError, problem::Setting};
+use dapple_records::text::{duration, significant};
 
 /// A candidate whose every result is dominated by this factor, in time and in error, is dropped
 /// before its search is over. The factor starts here and falls as more of it is known.
@@ -149,7 +150,7 @@ impl<'a> Race<'a> {
         let Some(lead) = self.choice(goal).map(|at| self.score(&at)) else { return Ok(()) };
         let near = |best: Score| {
             all || best.time_ns <= FINAL * lead.time_ns
-                && best.error <= FINAL * lead.error.max(f64::MIN_POSITIVE)
+                && (best.error <= FINAL * lead.error || lead.error <= 0.0)
         };
         let starts: Vec<Option<Point>> = (0..self.known.len())
             .map(|c| self.best_of(c, goal).filter(|p| self.known[c][p].is_some_and(near)))
@@ -273,6 +274,8 @@ impl<'a> Race<'a> {
                     *other != c
                         && self.out[*other].is_none()
                         && score.time_ns * margin <= own.time_ns
+                        // Of results without error the cheapest setting is still to be found.
+                        && own.error > 0.0
                         && score.error * margin <= own.error
                 })
             };
@@ -349,8 +352,11 @@ impl<'a> Race<'a> {
             let best = self.best_of(c, goal).map(|point| self.score(&(c, point)));
             let reason = match (&self.out[c], best, &self.failures[c]) {
                 (Some(reason), ..) => reason.clone(),
-                (None, Some(best), _) if !best.meets(goal) => "misses the goal".into(),
-                (None, Some(_), _) => "meets the goal at a higher price".into(),
+                (None, Some(best), _) => {
+                    let ends = if best.meets(goal) { "its best" } else { "misses: its nearest" };
+                    let (error, time) = (significant(best.error), duration(best.time_ns));
+                    format!("{ends} has {} {error} at {time}", self.request.metric)
+                }
                 (None, None, Some(reason)) => format!("failed: {reason}"),
                 (None, None, None) => "not measured: no time was left".into(),
             };
