@@ -37,6 +37,8 @@ pub(super) struct Descent<'a> {
     pub candidate: &'a Candidate,
     pub known: &'a Known,
     pub goal: Goal,
+    /// Least time at which anybody meets the goal so far.
+    pub lead_ns: Option<f64>,
 }
 
 impl Descent<'_> {
@@ -172,14 +174,16 @@ impl Descent<'_> {
         seen.is_some_and(|(own, lower)| own.time_ns > DEARER * lower.time_ns && !own.ties(&lower))
     }
 
-    /// Whether dearer values of a dial need not be measured: the goal is met at less, or the next one
-    /// would break the budget by far.
+    /// Whether dearer values of a dial need not be measured: the goal is met at less, here or by
+    /// another, or the next one would break the budget by far.
     fn is_enough(&self, at: &Point, dial: usize) -> bool {
         let Some((own, lower)) = self.with_lower(at, dial) else { return false };
         let next_ns = own.time_ns * (own.time_ns / lower.time_ns).min(4.0);
         self.rises(at, dial)
             && match self.goal {
-                Goal::Error { .. } => own.meets(self.goal),
+                Goal::Error { .. } => {
+                    own.meets(self.goal) || self.lead_ns.is_some_and(|lead| own.time_ns > lead)
+                }
                 Goal::Budget { ns } => next_ns > 2.0 * ns,
                 Goal::Knee => false,
             }

@@ -203,7 +203,10 @@ impl<'a> Race<'a> {
     }
 
     fn descent(&self, c: usize, goal: Goal) -> Descent<'_> {
-        Descent { candidate: &self.space.candidates[c], known: &self.known[c], goal }
+        let meets = self.known.iter().flat_map(|known| known.values().copied().flatten());
+        let times = meets.filter(|score| score.meets(goal)).map(|score| score.time_ns);
+        let lead_ns = times.reduce(f64::min);
+        Descent { candidate: &self.space.candidates[c], known: &self.known[c], goal, lead_ns }
     }
 
     /// Lets every candidate in the race take `step` until none needs more answers.
