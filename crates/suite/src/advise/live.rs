@@ -41,6 +41,9 @@ pub struct Live<'a> {
     stop: Arc<AtomicBool>,
     end: Instant,
     tell: &'a mut dyn FnMut(Progress<'_>),
+    /// The cheapest setting of the first group and its time then. It runs along in every later group,
+    /// and times are told by their ratio to it: between groups the machine may have drifted.
+    anchor: Option<(Setting, f64)>,
     /// Every row measured, failures too; the last of a setting counts.
     pub rows: Vec<Row>,
     /// Record files written.
@@ -62,7 +65,7 @@ impl<'a> Live<'a> {
     ) -> Self {
         let (rows, files) = (Vec::new(), Vec::new());
         let (preparing, slowest) = (Duration::ZERO, Duration::ZERO);
-        Self { case, options, stop, end, tell, rows, files, preparing, slowest }
+        Self { case, options, stop, end, tell, rows, files, preparing, slowest, anchor: None }
     }
 
     fn measure(&mut self, settings: &[Setting], repeats: u32) -> Result<Vec<Answer>, SuiteError> {
@@ -82,7 +85,11 @@ impl<'a> Live<'a> {
             let group = &rest[..rest.len().min(GROUP).min(fits)];
             let rows = self.group(group, repeats, left)?;
             let done = !rows.is_empty();
-            answers.extend(group.iter().map(|setting| answer(setting, &rows)));
+            let anchor_ns = self.anchor.as_ref().map(|(_, ns)| *ns);
+            answers.extend(group.iter().map(|setting| answer(setting, &rows, anchor_ns)));
+            if self.anchor.is_none() {
+                self.anchor = cheapest(group, &answers);
+            }
             self.rows.extend(rows);
             if !done {
                 break;
@@ -102,8 +109,8 @@ impl<'a> Live<'a> {
         let group = Group {
             index: 0,
             case: self.case.clone(),
-            settings: settings.to_vec(),
-            repeated_baseline: false,
+            settings: self.anchor.iter().map(|(a, _)| a).chain(settings).cloned().collect(),
+            repeated_baseline: self.anchor.is_some(),
             skipped: 0,
         };
         let plan = Plan {
@@ -173,7 +180,16 @@ impl Oracle for Live<'_> {
     }
 }
 
-fn answer(setting: &Setting, rows: &[Row]) -> Answer {
+/// The setting of least time among a group's.
+fn cheapest(group: &[Setting], answers: &[Answer]) -> Option<(Setting, f64)> {
+    let timed = group.iter().zip(answers).filter_map(|(setting, answer)| match answer {
+        Answer::Measured(measured) => Some((setting.clone(), measured.time_ns)),
+        _ => None,
+    });
+    timed.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+fn answer(setting: &Setting, rows: &[Row], anchor_ns: Option<f64>) -> Answer {
     let of = |row: &&Row| {
         row.technique == setting.technique
             && row.variant == setting.variant
@@ -183,17 +199,18 @@ fn answer(setting: &Setting, rows: &[Row]) -> Answer {
     match &row.status {
         Status::Failed { stage, reason } => Answer::Failed(format!("{stage}: {reason}")),
         Status::NotRun { reason } => Answer::Failed(reason.clone()),
-        Status::Ok => measured(row),
+        Status::Ok => measured(row, anchor_ns),
     }
 }
 
-fn measured(row: &Row) -> Answer {
-    match (row.median_ns(), row.mad_ns()) {
-        (Some(time_ns), Some(mad_ns)) => {
-            Answer::Measured(Measured { time_ns, mad_ns, errors: row.errors.clone() })
-        }
-        _ => Answer::Failed("it has no time".into()),
-    }
+fn measured(row: &Row, anchor_ns: Option<f64>) -> Answer {
+    let (Some(median_ns), Some(mad_ns)) = (row.median_ns(), row.mad_ns()) else {
+        return Answer::Failed("it has no time".into());
+    };
+    let by_ratio = anchor_ns.zip(row.ratio).map(|(ns, ratio)| ns * ratio);
+    let time_ns = by_ratio.filter(|ns| *ns > 0.0).unwrap_or(median_ns);
+    let mad_ns = mad_ns * time_ns / median_ns.max(1.0);
+    Answer::Measured(Measured { time_ns, mad_ns, errors: row.errors.clone() })
 }
 
 /// Reads a time to spend: a number with `s`, `m` or `h`, from 1 s to a week.
@@ -221,6 +238,23 @@ pub fn parse_time(text: &str) -> Result<Duration, SuiteError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_are_told_by_their_ratio_to_what_ran_along() {
+        // The machine runs at half its speed: 40 ns are twice the anchor's time all the same.
+        let row = Row {
+            samples_ns: vec![vec![39], vec![40], vec![41]],
+            ratio: Some(2.0),
+            ..Row::default()
+        };
+        let told = |anchor| match measured(&row, anchor) {
+            Answer::Measured(m) => (m.time_ns, m.mad_ns),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(told(Some(10.0)), (20.0, 0.5));
+        assert_eq!(told(None), (40.0, 1.0));
+        assert!(matches!(measured(&Row::default(), None), Answer::Failed(_)));
+    }
 
     #[test]
     fn times_are_read_with_their_unit() {
