@@ -1,5 +1,5 @@
 //! The thread that owns the index of the records: it looks whether files changed, reads what is
-//! new, and hands on a copy. There is one, so that never two readings are under way.
+//! new, and hands it on. There is one, so that never two readings are under way.
 
 use crate::{msg::Msg, store::Store};
 use std::{
@@ -38,11 +38,12 @@ impl Loader {
 }
 
 fn follow(folder: &Path, asked: &Receiver<()>, sender: &SyncSender<Msg>) {
-    let mut store = Store::open(folder);
+    let mut store = Arc::new(Store::open(folder));
     let mut seen = signature(folder);
-    if sender.send(Msg::Store(Arc::new(store.clone()))).is_err() {
+    if sender.send(Msg::Store(Arc::clone(&store))).is_err() {
         return;
     }
+    give_back();
     let mut pause = PAUSE;
     loop {
         let told = match asked.recv_timeout(pause) {
@@ -57,13 +58,23 @@ fn follow(folder: &Path, asked: &Receiver<()>, sender: &SyncSender<Msg>) {
         let start = Instant::now();
         let changed = now != seen;
         seen = now;
-        if store.refresh() || changed {
-            // A copy: screens keep theirs while the next is read.
-            if sender.send(Msg::Store(Arc::new(store.clone()))).is_err() {
+        // Screens keep theirs while the next is read: there are two only until they have it.
+        if Arc::make_mut(&mut store).refresh() || changed {
+            if sender.send(Msg::Store(Arc::clone(&store))).is_err() {
                 return;
             }
+            give_back();
         }
         pause = PAUSE.max(start.elapsed() * READINGS_A_PAUSE);
+    }
+}
+
+/// Returns to the system what reading took and no longer needs: the allocator would keep it.
+fn give_back() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: it may be called at any time, from any thread.
+    unsafe {
+        libc::malloc_trim(0);
     }
 }
 

@@ -64,7 +64,7 @@ fn cell(points: &[&StressLine]) -> Markup {
         @if !run { span.dim { "not run" } }
         @else if broken.is_empty() { span.good { "everywhere probed" } }
         @else if set.is_empty() { span.bad { "nowhere" } }
-        @else { span.bad { "safe in " } (set.iter().map(interval).collect::<Vec<_>>().join(", ")) }
+        @else { span.bad { "safe in " } (safe(points, &set)) }
         @if !broken.is_empty() {
             details {
                 summary { (broken.len()) " of " (points.len()) " points broke" }
@@ -74,6 +74,15 @@ fn cell(points: &[&StressLine]) -> Markup {
             }
         }
     }
+}
+
+/// Intervals of numbers; words have no order, and are listed.
+fn safe(points: &[&StressLine], set: &[Interval]) -> String {
+    if points.iter().any(|p| p.label.parse::<f64>().is_err()) {
+        let safe = points.iter().filter(|p| p.is_safe());
+        return safe.map(|p| p.label.as_str()).collect::<Vec<_>>().join(", ");
+    }
+    set.iter().map(interval).collect::<Vec<_>>().join(", ")
 }
 
 fn interval(interval: &Interval) -> String {

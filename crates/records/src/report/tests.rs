@@ -224,6 +224,10 @@ fn the_latest_stress_point_counts_and_a_hole_shows() {
         ],
         ..Read::default()
     };
+    let mut words = read.clone();
+    words.stress.iter_mut().for_each(|p| p.label = format!("kind-{}", p.value));
+    let listed = texts(&parsed(&super::tests::html(&words, &[])), "#shadow-filtering td");
+    assert!(listed[0].starts_with("safe in kind-1, kind-3"), "{listed:?}");
     let html = parsed(&html(&read, &[]));
     let cells = texts(&html, "#shadow-filtering td");
     assert!(cells[0].starts_with("safe in 1, 3"), "{cells:?}");
