@@ -38,33 +38,31 @@ impl Loader {
 }
 
 fn follow(folder: &Path, asked: &Receiver<()>, sender: &SyncSender<Msg>) {
-    let mut store = Arc::new(Store::open(folder));
+    // Before the reading: what changes meanwhile is met again.
     let mut seen = signature(folder);
+    let mut store = Arc::new(Store::open(folder));
     if sender.send(Msg::Store(Arc::clone(&store))).is_err() {
         return;
     }
     give_back();
     let mut pause = PAUSE;
     loop {
-        let told = match asked.recv_timeout(pause) {
-            Ok(()) => true,
-            Err(RecvTimeoutError::Timeout) => false,
-            Err(RecvTimeoutError::Disconnected) => return,
-        };
+        // Asked or not, a folder that did not change is not read again.
+        if let Err(RecvTimeoutError::Disconnected) = asked.recv_timeout(pause) {
+            return;
+        }
         let now = signature(folder);
-        if now == seen && !told {
+        if now == seen {
             continue;
         }
         let start = Instant::now();
-        let changed = now != seen;
         seen = now;
         // Screens keep theirs while the next is read: there are two only until they have it.
-        if Arc::make_mut(&mut store).refresh() || changed {
-            if sender.send(Msg::Store(Arc::clone(&store))).is_err() {
-                return;
-            }
-            give_back();
+        Arc::make_mut(&mut store).refresh();
+        if sender.send(Msg::Store(Arc::clone(&store))).is_err() {
+            return;
         }
+        give_back();
         pause = PAUSE.max(start.elapsed() * READINGS_A_PAUSE);
     }
 }

