@@ -76,8 +76,11 @@ pub struct Entry {
     file: u32,
     offset: u64,
     length: u32,
-    /// Run and group.
-    batch: u32,
+    /// The run, by the number of its text.
+    of_run: u32,
+    /// The group as a number: nearly every row of a run has its own, so that texts kept would
+    /// outweigh the entries.
+    group: u64,
     /// Clock and names of values.
     shape: u32,
     /// Where its values begin.
@@ -346,11 +349,11 @@ impl Index {
         };
         let key = table.keys.items.get(entry.key as usize);
         let setting = table.settings.items.get(entry.setting as usize);
-        let batch = table.batches.items.get(entry.batch as usize);
         let bits = |value: Option<f64>| value.unwrap_or(f64::NAN).to_bits();
         key.is_some_and(|key| texts(key, &row.key.each_ref().map(|t| &**t)))
             && setting.is_some_and(|s| texts(s, &[&row.technique, &row.variant, &row.form]))
-            && batch.is_some_and(|batch| texts(batch, &[&row.run, &row.group]))
+            && table.text(entry.of_run) == row.run
+            && table::group(&row.group) == entry.group
             && table::identity(&row.row) == entry.identity
             && table.time(entry) == row.time
             && self.clock(entry) == row.clock

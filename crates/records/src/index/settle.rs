@@ -115,11 +115,11 @@ impl Index {
         }
         let runs: HashMap<&str, u32> =
             self.headers.iter().enumerate().map(|(i, h)| (h.run.as_str(), i as u32)).collect();
-        let run = |batch: &[u32; 2]| runs.get(self.table.text(batch[0])).copied();
-        let of_batch: Vec<u32> =
-            self.table.batches.items.iter().map(|b| run(b).unwrap_or(u32::MAX)).collect();
+        let run = |text: &String| runs.get(text.as_str()).copied();
+        let of_text: Vec<u32> =
+            self.table.texts.items.iter().map(|t| run(t).unwrap_or(u32::MAX)).collect();
         for entry in &mut self.entries {
-            entry.run = of_batch.get(entry.batch as usize).copied().unwrap_or(u32::MAX);
+            entry.run = of_text.get(entry.of_run as usize).copied().unwrap_or(u32::MAX);
         }
     }
 }
@@ -129,13 +129,14 @@ pub(crate) type Rank = (Option<usize>, u64);
 
 /// Of entries of one run, group and identity the last is kept.
 fn drop_earlier(entries: &mut Vec<Entry>) {
-    let hash = |entry: &Entry| mix(entry.batch, entry.identity);
+    let hash = |entry: &Entry| mix(entry.of_run, entry.identity ^ entry.group);
     let mut last: HashTable<u32> = HashTable::with_capacity(entries.len());
     let mut lost = BTreeSet::new();
     for (position, entry) in entries.iter().enumerate() {
         let same = |&other: &u32| {
             let other = &entries[other as usize];
-            other.batch == entry.batch && other.identity == entry.identity
+            let one = |e: &Entry| (e.of_run, e.group, e.identity);
+            one(other) == one(entry)
         };
         let again = |&other: &u32| hash(&entries[other as usize]);
         match last.entry(hash(entry), same, again) {

@@ -58,8 +58,6 @@ pub(crate) struct Table {
     pub keys: Interned<[u32; 9]>,
     /// Technique, variant, form.
     pub settings: Interned<[u32; 3]>,
-    /// Run and group.
-    pub batches: Interned<[u32; 2]>,
     pub shapes: Interned<Shape>,
     pub values: Vec<u8>,
     /// Times that are not written as [`crate::time::rfc3339`] writes them, by file and offset.
@@ -75,7 +73,6 @@ impl Table {
     pub(crate) fn entry(&mut self, row: &Brief<'_>, file: u32, offset: u64, length: u32) -> Entry {
         let key = row.key.each_ref().map(|text| self.texts.number(&**text));
         let setting = [&row.technique, &row.variant, &row.form].map(|t| self.texts.number(&**t));
-        let batch = [&row.run, &row.group].map(|text| self.texts.number(&**text));
         let names = row.errors.iter().map(|e| &e.0).chain(row.counters.iter().map(|c| &c.0));
         let shape = Shape {
             clock: self.texts.number(&*row.clock),
@@ -109,7 +106,8 @@ impl Table {
             file,
             offset,
             length,
-            batch: self.batches.number(&batch),
+            of_run: self.texts.number(&*row.run),
+            group: group(&row.group),
             shape: self.shapes.number(&shape),
             values,
         }
@@ -125,8 +123,6 @@ impl Table {
         let keys = renumbered(&other.keys.items, &mut self.keys);
         let settings: Vec<u32> =
             other.settings.items.iter().map(|s| self.settings.number(&s.map(text))).collect();
-        let batches: Vec<u32> =
-            other.batches.items.iter().map(|b| self.batches.number(&b.map(text))).collect();
         let shapes: Vec<u32> = other
             .shapes
             .items
@@ -148,7 +144,7 @@ impl Table {
         into.extend(entries.into_iter().map(|entry| Entry {
             key: of(&keys, entry.key),
             setting: of(&settings, entry.setting),
-            batch: of(&batches, entry.batch),
+            of_run: text(entry.of_run),
             shape: of(&shapes, entry.shape),
             values: if fits { first as u32 + entry.values } else { u32::MAX },
             ..entry
@@ -188,10 +184,8 @@ impl Table {
         // A text is held twice, with its header and the allocator's; a number has its slot.
         let texts: usize = self.texts.items.iter().map(|text| 2 * (text.len() + 40) + 8).sum();
         let shapes: usize = self.shapes.items.iter().map(|s| 2 * (40 + 4 * s.names.len())).sum();
-        let plain = self.keys.items.len() * 80
-            + self.settings.items.len() * 32
-            + self.batches.items.len() * 24
-            + self.times.len() * 32;
+        let plain =
+            self.keys.items.len() * 80 + self.settings.items.len() * 32 + self.times.len() * 32;
         texts + shapes + plain + self.values.capacity()
     }
 }
@@ -207,16 +201,26 @@ fn is_plain(time: &str) -> bool {
         && bytes[17] != b'6'
 }
 
+/// The first eight bytes, or all there are.
+fn number(bytes: &[u8]) -> u64 {
+    bytes.iter().take(8).fold(0, |sum, &byte| sum << 8 | u64::from(byte))
+}
+
+/// A group's name as a number: itself where it is short, as the runner's are, else a hash.
+pub(crate) fn group(name: &str) -> u64 {
+    match name.len() {
+        0..=8 => number(name.as_bytes()),
+        _ => number(blake3::hash(name.as_bytes()).as_bytes()),
+    }
+}
+
 /// A row's identity as a number; of one that is not 16 hexadecimal digits a hash, so that no two
 /// that differ are taken for one.
 pub(crate) fn identity(row: &str) -> u64 {
     let digits = row.len() == 16 && row.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
     match u64::from_str_radix(row, 16) {
         Ok(number) if digits => number,
-        _ => {
-            let hash = blake3::hash(row.as_bytes());
-            hash.as_bytes().iter().take(8).fold(0, |sum, &byte| sum << 8 | u64::from(byte))
-        }
+        _ => number(blake3::hash(row.as_bytes()).as_bytes()),
     }
 }
 

@@ -19,7 +19,7 @@ pub fn mixed(seed: u64) -> u64 {
 }
 
 /// A valid row with 8 errors, 7 counters and 5 repeats of 24 frames: some 1.9 kB. Rows share
-/// cases, settings and groups as those of a sweep do.
+/// cases and settings as those of a sweep do; each has its own place in its run's plan.
 pub fn row(n: u64) -> Row {
     let random = |salt: u64| mixed(n.wrapping_mul(64) + salt);
     let part = |salt: u64| random(salt) as f64 / u64::MAX as f64;
@@ -36,7 +36,7 @@ pub fn row(n: u64) -> Row {
         |repeat: u64| (0..24).map(|f| 50_000 + (mixed(random(20 + repeat) + f) >> 47)).collect();
     Row {
         run: format!("{:016x}", n / 20_000),
-        group: format!("{:04}.{:03}", n % 20_000 / 480, n / 24 % 20),
+        group: format!("{:04}.{:03}", n % 20_000 / 480, n % 480),
         problem: "shadow-filtering".into(),
         technique: format!("technique-{}", n % 24),
         variant: "plain".into(),
