@@ -7,7 +7,7 @@ use crate::{
 use anyhow::Result;
 use dapple_records::{
     Row, Status,
-    front::{self, Constraint, Front},
+    front::{self, Front},
     text::{bytes, duration},
 };
 use dapple_suite::{SuiteError, problem::Spec, problems};
@@ -63,11 +63,7 @@ fn print_problem(
     view: &View<'_>,
     ranked: &mut Table,
 ) -> Result<()> {
-    let constraints: Vec<_> = spec
-        .constraints
-        .iter()
-        .map(|c| Constraint { name: c.metric.into(), at_most: c.limit })
-        .collect();
+    let constraints = spec.front_constraints();
     // The clocks are never mixed in one front: device time leaves out what the host waits for.
     for clock in ["gpu", "wall"] {
         let rows: Vec<&Row> =

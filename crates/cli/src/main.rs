@@ -7,6 +7,7 @@ mod journal;
 mod output;
 mod pictures;
 mod records;
+mod runner;
 mod sources;
 mod verbs;
 

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::front::Constraint;
+
 /// Everything that is declared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Catalogue {
@@ -57,6 +59,15 @@ pub struct ProblemInfo {
     pub gates: BTreeMap<String, usize>,
     /// Claims there are: id and statement.
     pub claims: Vec<(String, String)>,
+}
+
+impl ProblemInfo {
+    /// The hard constraints, as fronts take them.
+    pub fn front_constraints(&self) -> Vec<Constraint> {
+        let constraint =
+            |(name, at_most): &(String, f64)| Constraint { name: name.clone(), at_most: *at_most };
+        self.constraints.iter().map(constraint).collect()
+    }
 }
 
 /// A technique.

@@ -105,6 +105,15 @@ pub struct Spec {
 }
 
 impl Spec {
+    /// The hard constraints, as fronts take them.
+    pub fn front_constraints(&self) -> Vec<dapple_records::front::Constraint> {
+        let constraint = |c: &Constraint| dapple_records::front::Constraint {
+            name: c.metric.into(),
+            at_most: c.limit,
+        };
+        self.constraints.iter().map(constraint).collect()
+    }
+
     /// The technique of that name.
     ///
     /// # Errors

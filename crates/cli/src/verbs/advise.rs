@@ -1,15 +1,16 @@
 //! `dapple advise`.
 
-use super::measure::{command_line, form, measure_block, pick, progress_bar};
+use super::measure::{form, measure_block, pick, progress_bar};
 use crate::{
     Outcome,
     args::{self, Format},
     die_of_closed_pipes,
     output::{Table, note, put},
+    runner,
 };
 use anyhow::Result;
 use dapple_gpu::AdapterKind;
-use dapple_records::{Row, front::Constraint, text::duration};
+use dapple_records::{Row, text::duration};
 use dapple_suite::{
     SuiteError,
     advise::{Advice, Candidate, Found, Goal, Live, Request, Space, advise, parse_time},
@@ -21,13 +22,7 @@ use dapple_suite::{
     sweep::Sweep,
 };
 use serde_json::Value;
-use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    time::Instant,
-};
+use std::{sync::Arc, time::Instant};
 
 /// Searches and prints the choice with what the next steps would cost.
 pub fn run(args: &args::Advise) -> Result<Outcome> {
@@ -36,18 +31,10 @@ pub fn run(args: &args::Advise) -> Result<Outcome> {
     let request = request(spec, args)?;
     let time = parse_time(&args.time)?;
     let (case, space) = choices(spec, args)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let stop = runner::stop_flag();
     let options = Options {
-        records: args.records.clone(),
-        adapter: args.adapter.clone(),
-        command: command_line(),
-        shard: String::new(),
-        program: std::env::current_exe().map_err(SuiteError::io("finding this program"))?,
-        arguments: vec!["run-group".into()],
         fresh: true,
-        fault: None,
+        ..runner::options(&args.records, args.adapter.as_ref(), "run-group")?
     };
     let bar = progress_bar(0);
     let mut notes: Vec<String> = Vec::new();
@@ -111,12 +98,7 @@ fn request(spec: &Spec, args: &args::Advise) -> Result<Request, SuiteError> {
         }
         (None, None) => Goal::Knee,
     };
-    let constraint = |c: &dapple_suite::problem::Constraint| Constraint {
-        name: c.metric.into(),
-        at_most: c.limit,
-    };
-    let constraints = spec.constraints.iter().map(constraint).collect();
-    Ok(Request { metric: metric.into(), goal, constraints })
+    Ok(Request { metric: metric.into(), goal, constraints: spec.front_constraints() })
 }
 
 /// The case, and every technique and variant there is to choose from.

@@ -5,9 +5,10 @@ use crate::{
     args::{self, CaseArgs},
     die_of_closed_pipes, feed, figures,
     output::note,
+    runner,
 };
 use anyhow::Result;
-use dapple_records::{Feed, Line, RecordError, Status};
+use dapple_records::{Feed, Line, Status};
 use dapple_suite::{
     SuiteError,
     case::{self, Source},
@@ -16,7 +17,6 @@ use dapple_suite::{
     problem::{Form, Spec},
     problems,
     run::{self, Finished, Options, Progress, protocol::Fault},
-    shell::quoted,
     sweep::{self, Measure, Pick, Sweep},
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -24,46 +24,26 @@ use serde_json::Value;
 use std::{
     collections::BTreeMap,
     io::IsTerminal,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::atomic::{AtomicBool, Ordering},
 };
 
 /// Measures a sweep or a problem and prints the fronts of the run, or tells a dashboard.
 pub fn run(args: &args::Measure) -> Result<Outcome> {
-    if !args.feed {
-        return measure(args);
-    }
-    // A dashboard that goes away must not take a row along that is just being written.
-    die_of_closed_pipes(false);
-    let result = measure(args);
-    // Nobody may be there to hear it.
-    let _ = feed::tell_end(&result);
-    result
+    runner::told_to_the_end(args.feed, || measure(args))
 }
 
 fn measure(args: &args::Measure) -> Result<Outcome> {
     let plan = plan(args)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    // Where no handler can be set, Ctrl-C still ends the program, and the records still resume.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let stop = runner::stop_flag();
     let options = Options {
-        records: args.records.clone(),
-        adapter: args.adapter.clone(),
-        command: command_line(),
         shard: plan.shard.clone(),
-        program: std::env::current_exe().map_err(SuiteError::io("finding this program"))?,
-        arguments: vec!["run-group".into()],
         fresh: args.fresh,
         fault: args.fault.as_deref().map(Fault::parse).transpose()?,
+        ..runner::options(&args.records, args.adapter.as_ref(), "run-group")?
     };
     let finished =
         if args.feed { told(&plan, &options, &stop) } else { shown(&plan, &options, &stop) };
-    if let Err(SuiteError::Record(RecordError::InUse(_))) = &finished {
-        note!("`--fresh` begins a run of its own beside it; each then slows the other");
-    }
+    runner::note_in_use(&finished);
     let finished = finished?;
     let rows = dapple_records::read_file(&finished.path)?.rows;
     if !args.feed {
@@ -127,12 +107,6 @@ pub fn serve() -> Result<Outcome> {
     // The lock is not held across the job: a driver may print on standard output too.
     run::serve(std::io::stdin(), &mut std::io::stdout())?;
     Ok(Outcome::Ok)
-}
-
-/// As a shell would take it again.
-pub fn command_line() -> String {
-    let arguments = std::env::args_os().skip(1).map(|a| quoted(&a.to_string_lossy()));
-    format!("dapple {}", arguments.collect::<Vec<_>>().join(" "))
 }
 
 /// What the arguments ask for, expanded.

@@ -6,7 +6,8 @@ use crate::{
     Outcome, args,
     output::{note, put},
     records,
-    verbs::{catalogue, measure::command_line},
+    runner::command_line,
+    verbs::catalogue,
 };
 use anyhow::Result;
 use dapple_records::report::{self, Input};

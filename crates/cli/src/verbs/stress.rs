@@ -6,10 +6,11 @@ mod table;
 use crate::{
     Outcome, args, die_of_closed_pipes, feed,
     output::note,
-    verbs::measure::{command_line, form, measure_block, pick, progress_bar},
+    runner,
+    verbs::measure::{form, measure_block, pick, progress_bar},
 };
 use anyhow::Result;
-use dapple_records::{Feed, Line, RecordError};
+use dapple_records::{Feed, Line};
 use dapple_suite::{
     SuiteError,
     case::{self, Source},
@@ -24,25 +25,14 @@ use dapple_suite::{
 };
 use std::{
     collections::BTreeSet,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::atomic::{AtomicBool, Ordering},
     time::Duration,
 };
 
 /// Pushes techniques along the axes and prints where each is safe, or tells a dashboard.
 pub fn run(args: &args::Stress) -> Result<Outcome> {
     let work = if args.at.is_some() { at::run } else { push };
-    if !args.feed {
-        return work(args);
-    }
-    // A dashboard that goes away must not take a point along that is just being written.
-    die_of_closed_pipes(false);
-    let result = work(args);
-    // Nobody may be there to hear it.
-    let _ = feed::tell_end(&result);
-    result
+    runner::told_to_the_end(args.feed, || work(args))
 }
 
 /// The child's side.
@@ -56,25 +46,15 @@ fn push(args: &args::Stress) -> Result<Outcome> {
     if plan.axes.is_empty() {
         return nothing(args);
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    // Where no handler can be set, Ctrl-C still ends the program, and the records still resume.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let stop = runner::stop_flag();
     let options = Options {
-        records: args.records.clone(),
-        adapter: args.adapter.clone(),
-        command: command_line(),
-        shard: String::new(),
-        program: std::env::current_exe().map_err(SuiteError::io("finding this program"))?,
-        arguments: vec!["stress-axis".into()],
         fresh: args.fresh,
         fault: args.fault.as_deref().map(Fault::parse).transpose()?,
+        ..runner::options(&args.records, args.adapter.as_ref(), "stress-axis")?
     };
     let finished =
         if args.feed { told(&plan, &options, &stop) } else { shown(&plan, &options, &stop) };
-    if let Err(SuiteError::Record(RecordError::InUse(_))) = &finished {
-        note!("`--fresh` begins a run of its own beside it; each then slows the other");
-    }
+    runner::note_in_use(&finished);
     let finished = finished?;
     let reasons: BTreeSet<&str> = finished
         .points

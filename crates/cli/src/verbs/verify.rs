@@ -6,7 +6,8 @@ use crate::{
     feed,
     journal::{self, Journal},
     output::{Table, note, put, significant},
-    verbs::{measure::command_line, open_gpu},
+    runner::command_line,
+    verbs::open_gpu,
 };
 use anyhow::Result;
 use dapple_records::{GateLine, Line};

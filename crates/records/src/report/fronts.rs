@@ -2,7 +2,7 @@
 
 use super::{Input, Triplet, nothing, plot};
 use crate::catalogue::ProblemInfo;
-use crate::front::{self, Constraint, Front, Key, Point};
+use crate::front::{self, Front, Key, Point};
 use crate::row::{Row, Status};
 use crate::text::{bytes, duration, significant};
 use base64::Engine as _;
@@ -17,11 +17,7 @@ const MOST_POINTS: usize = 300;
 /// The fronts of `rows`, all of `problem`.
 pub fn fronts(input: &Input<'_>, problem: &ProblemInfo, rows: &[&Row]) -> Markup {
     let latest: Vec<&Row> = front::latest(rows).into_iter().map(|i| rows[i]).collect();
-    let constraints: Vec<_> = problem
-        .constraints
-        .iter()
-        .map(|(name, at_most)| Constraint { name: name.clone(), at_most: *at_most })
-        .collect();
+    let constraints = problem.front_constraints();
     let mut drawn = Vec::new();
     for clock in ["gpu", "wall"] {
         let timed: Vec<&Row> =

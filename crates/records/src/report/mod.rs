@@ -14,6 +14,7 @@ use crate::front::Key;
 use crate::read::Read;
 use crate::row::Row;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use std::collections::BTreeMap;
 
 const STYLE: &str = include_str!("style.css");
 
@@ -113,6 +114,22 @@ fn problem(input: &Input<'_>, problem: &ProblemInfo, rows: &[&Row]) -> Markup {
             (outcomes::gates(problem, &gates))
         }
     }
+}
+
+/// Of items with one key the latest; of several at that time the last.
+fn latest<'a, T, K: Ord>(
+    items: &[&'a T],
+    key: impl Fn(&'a T) -> K,
+    time: impl Fn(&T) -> &str,
+) -> BTreeMap<K, &'a T> {
+    let mut latest: BTreeMap<K, &T> = BTreeMap::new();
+    for &item in items {
+        let kept = latest.entry(key(item)).or_insert(item);
+        if time(item) >= time(kept) {
+            *kept = item;
+        }
+    }
+    latest
 }
 
 /// What a section without content says: the command that would fill it.

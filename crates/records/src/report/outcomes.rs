@@ -1,6 +1,6 @@
 //! Claims, gates, and everything that did not work.
 
-use super::{Input, nothing};
+use super::{Input, latest, nothing};
 use crate::catalogue::ProblemInfo;
 use crate::claim::ClaimLine;
 use crate::gate::GateLine;
@@ -13,14 +13,9 @@ use std::collections::BTreeMap;
 const MOST_REASONS: usize = 100;
 
 /// Verdicts of one problem's claims, the latest of each on each machine.
-pub fn claims(problem: &ProblemInfo, claims: &[&ClaimLine]) -> Markup {
-    let mut latest: BTreeMap<(&str, &str, &str), &ClaimLine> = BTreeMap::new();
-    for claim in claims {
-        let slot = latest.entry((&claim.id, &claim.machine, &claim.adapter)).or_insert(claim);
-        if claim.time >= slot.time {
-            *slot = claim;
-        }
-    }
+pub fn claims<'a>(problem: &ProblemInfo, claims: &[&'a ClaimLine]) -> Markup {
+    let key = |c: &'a ClaimLine| (&*c.id, &*c.machine, &*c.adapter);
+    let latest = latest(claims, key, |c| &c.time);
     let machines = latest.keys().map(|k| (k.1, k.2)).collect::<std::collections::BTreeSet<_>>();
     html! {
         h3 { "Claims" }
@@ -81,15 +76,9 @@ fn count<'a>(words: impl Iterator<Item = &'a str>) -> String {
 }
 
 /// The gates of one problem: a sentence, and a table of those that did not pass.
-pub fn gates(problem: &ProblemInfo, gates: &[&GateLine]) -> Markup {
-    let mut latest: BTreeMap<[&str; 4], &GateLine> = BTreeMap::new();
-    for gate in gates {
-        let key = [&*gate.technique, &gate.gate, &gate.machine, &gate.adapter];
-        let slot = latest.entry(key).or_insert(gate);
-        if gate.time >= slot.time {
-            *slot = gate;
-        }
-    }
+pub fn gates<'a>(problem: &ProblemInfo, gates: &[&'a GateLine]) -> Markup {
+    let key = |g: &'a GateLine| [&*g.technique, &g.gate, &g.machine, &g.adapter];
+    let latest = latest(gates, key, |g| &g.time);
     let checked: u64 = latest.values().map(|g| g.checked).sum();
     let odd: Vec<_> = latest.values().filter(|g| g.outcome != "passed").collect();
     html! {

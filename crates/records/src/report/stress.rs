@@ -1,6 +1,6 @@
 //! Where techniques break: a table of safe sets, technique by axis.
 
-use super::nothing;
+use super::{latest, nothing};
 use crate::catalogue::ProblemInfo;
 use crate::safe_set::{Interval, safe_set};
 use crate::stress::StressLine;
@@ -23,10 +23,11 @@ pub fn map(problem: &ProblemInfo, points: &[&StressLine]) -> Markup {
     }
 }
 
-fn table(problem: &ProblemInfo, key: &[&str; 4], points: &[&StressLine]) -> Markup {
+fn table<'a>(problem: &ProblemInfo, key: &[&str; 4], points: &[&'a StressLine]) -> Markup {
     let [machine, adapter, form, case] = key;
     let mut cells: BTreeMap<(String, &str), Vec<&StressLine>> = BTreeMap::new();
-    for point in latest(points) {
+    let of = |p: &'a StressLine| ([&*p.technique, &p.variant, &p.axis], p.value.to_bits());
+    for point in latest(points, of, |p| &p.time).into_values() {
         let who = format!("{}/{}", point.technique, point.variant);
         cells.entry((who, &point.axis)).or_default().push(point);
     }
@@ -90,17 +91,4 @@ fn interval(interval: &Interval) -> String {
         (if interval.open_below { '[' } else { ']' }, if interval.open_above { ']' } else { '[' });
     let [from, to] = &interval.labels;
     if from == to { from.clone() } else { format!("{open}{from}, {to}{close}") }
-}
-
-/// The latest point of each technique, axis and value.
-fn latest<'a>(points: &[&'a StressLine]) -> Vec<&'a StressLine> {
-    let mut latest: BTreeMap<([&str; 3], u64), &StressLine> = BTreeMap::new();
-    for point in points {
-        let key = ([&*point.technique, &point.variant, &point.axis], point.value.to_bits());
-        let slot = latest.entry(key).or_insert(point);
-        if point.time >= slot.time {
-            *slot = point;
-        }
-    }
-    latest.into_values().collect()
 }

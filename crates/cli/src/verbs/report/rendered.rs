@@ -11,7 +11,7 @@ use dapple_gpu::{AdapterChoice, Gpu};
 use dapple_records::{
     Read, Row,
     catalogue::ProblemInfo,
-    front::{self, Constraint, Front, Key},
+    front::{self, Front, Key},
     report::Triplet,
     text::{duration, significant},
 };
@@ -107,11 +107,7 @@ fn wanted<'a>(read: &'a Read, infos: &[ProblemInfo]) -> Vec<(Key, Vec<(&'a Row, 
     let mut wanted = Vec::new();
     for info in infos.iter().filter(|info| info.pictures) {
         let rows: Vec<&Row> = read.rows.iter().filter(|r| r.problem == info.id).collect();
-        let constraints: Vec<_> = info
-            .constraints
-            .iter()
-            .map(|(name, at_most)| Constraint { name: name.clone(), at_most: *at_most })
-            .collect();
+        let constraints = info.front_constraints();
         for clock in ["gpu", "wall"] {
             let fronts = front::constrained(&rows, &info.axis, clock, &constraints).fronts;
             for front in fronts {
