@@ -29,6 +29,7 @@ mod device;
 mod error;
 mod frame;
 pub mod image;
+pub mod light_space;
 mod pipeline;
 pub mod probe;
 pub mod testing;

@@ -5,10 +5,9 @@
 mod gpu_support;
 
 use dapple_gpu::Gpu;
+use dapple_gpu::light_space::{AlphaTexture, LightSpaceMesh, LightSpaceVertex, TriangleGroup};
 use dapple_shadows::filtering::gpu::{DepthSource, Filter};
-use dapple_shadows::filtering::gpu_depth::{
-    AlphaTexture, DepthRaster, DepthRasterError, LightSpaceMesh, LightSpaceVertex, TriangleGroup,
-};
+use dapple_shadows::filtering::gpu_depth::{DepthRaster, DepthRasterError};
 use dapple_shadows::filtering::{DepthMap, Estimator, Settings};
 use gpu_support::{exclusive_gpu, receivers, rng};
 use rand::RngExt;
@@ -31,7 +30,7 @@ fn opaque(vertices: Vec<LightSpaceVertex>) -> LightSpaceMesh {
     LightSpaceMesh {
         vertices,
         indices: (0..count).collect(),
-        groups: vec![TriangleGroup { first: 0, count, alpha: None }],
+        groups: vec![TriangleGroup { first: 0, count, alpha: None, opacity: 1.0 }],
         textures: Vec::new(),
     }
 }
@@ -213,7 +212,7 @@ fn holes_follow_the_nearest_texel_and_repeat() {
     let floor = |u: f64, v: f64| vertex(u, v, 1.0, 0.75, [0.0; 2]);
     mesh.vertices.extend([floor(-1.0, -1.0), floor(3.0, -1.0), floor(-1.0, 3.0)]);
     mesh.indices.extend(6..9);
-    mesh.groups.push(TriangleGroup { first: 6, count: 3, alpha: None });
+    mesh.groups.push(TriangleGroup { first: 6, count: 3, alpha: None, opacity: 1.0 });
     // 50 and 52 texels: no texel centre lies on a border between alphas.
     let (w, h) = (50, 52);
     let depths = draw(gpu, &mesh, w, h);

@@ -9,6 +9,7 @@ pub mod claims;
 pub mod environment;
 pub mod error;
 pub mod knob;
+pub mod light_mesh;
 pub mod plan;
 pub mod problem;
 pub mod problems;

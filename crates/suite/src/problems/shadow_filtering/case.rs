@@ -3,7 +3,7 @@
 use super::{
     errors::Compared,
     given::{Given, NOT_VALID, receiver},
-    light_mesh, scene,
+    scene,
     settings::{self, kernel_texels},
     subject_cpu::CpuSubject,
     subject_gpu::{GpuSubject, raster_error},
@@ -13,15 +13,13 @@ use crate::{
     SuiteError,
     case::Case,
     knob::Get,
+    light_mesh,
     problem::{Facts, Form, Prepared, Setting, Subject},
     truth_cache::TruthCache,
 };
-use dapple_gpu::Gpu;
+use dapple_gpu::{Gpu, light_space::LightSpaceMesh};
 use dapple_scene::{LightView, Scene};
-use dapple_shadows::filtering::{
-    DepthMap, Receiver,
-    gpu_depth::{DepthRaster, LightSpaceMesh},
-};
+use dapple_shadows::filtering::{DepthMap, Receiver, gpu_depth::DepthRaster};
 use dapple_trace::Tracer;
 use std::{
     cell::{OnceCell, RefCell},

@@ -9,7 +9,6 @@ mod claims;
 mod errors;
 pub mod gates;
 mod given;
-mod light_mesh;
 mod memory;
 mod port;
 pub mod scene;

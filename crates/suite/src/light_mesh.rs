@@ -1,18 +1,19 @@
-//! The scene's triangles as a shadow map's rasteriser takes them.
+//! The scene's triangles as rasterisers of a light's map take them.
 
+use dapple_gpu::light_space::{AlphaTexture, LightSpaceMesh, LightSpaceVertex, TriangleGroup};
 use dapple_scene::{LightView, Material, Scene};
-use dapple_shadows::filtering::gpu_depth::{
-    AlphaTexture, LightSpaceMesh, LightSpaceVertex, TriangleGroup,
-};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// All placed triangles in the light's space, projected in f64; opaque ones first, then one group
-/// an alpha test. Materials of opacity 0 are left out, as the ray tracer leaves them out.
+/// Transparency and alpha test (texture slot, cutoff): numbers in 0..=1, whose bits sort as they do.
+type Kind = (u32, Option<(u32, u32)>);
+
+/// All placed triangles in the light's space, projected in f64; one group an opacity and alpha test,
+/// opaque ones first. Materials of opacity 0 are left out, as the ray tracer leaves them out.
 pub fn light_space_mesh(scene: &Scene, view: &LightView) -> LightSpaceMesh {
     let mut out = LightSpaceMesh::default();
     let mut texture_slots = BTreeMap::new();
-    let mut by_alpha: BTreeMap<Option<(u32, u32)>, Vec<u32>> = BTreeMap::new();
+    let mut by_kind: BTreeMap<Kind, Vec<u32>> = BTreeMap::new();
     for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh as usize];
         let material = &scene.materials[mesh.material as usize];
@@ -30,16 +31,17 @@ pub fn light_space_mesh(scene: &Scene, view: &LightView) -> LightSpaceMesh {
                 out.textures.push(alpha_texture(scene, material, test.texture));
                 out.textures.len() as u32 - 1
             });
-            // Cutoffs lie in 0..=1, where bit patterns sort as the numbers do.
             (slot, test.cutoff.to_bits())
         });
-        let indices = by_alpha.entry(alpha).or_default();
+        let transparency = (1.0 - material.opacity).max(0.0).to_bits();
+        let indices = by_kind.entry((transparency, alpha)).or_default();
         indices.extend(mesh.triangles.iter().flatten().map(|i| base + i));
     }
-    for (alpha, indices) in by_alpha {
+    for ((transparency, alpha), indices) in by_kind {
+        let opacity = 1.0 - f32::from_bits(transparency);
         let alpha = alpha.map(|(slot, bits)| (slot, f32::from_bits(bits)));
         let (first, count) = (out.indices.len() as u32, indices.len() as u32);
-        out.groups.push(TriangleGroup { first, count, alpha });
+        out.groups.push(TriangleGroup { first, count, alpha, opacity });
         out.indices.extend(indices);
     }
     out

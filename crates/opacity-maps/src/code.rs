@@ -1,0 +1,77 @@
+//! What each technique does to a texel.
+
+use crate::{Fragment, Settings};
+
+/// A technique's stored numbers of one texel.
+///
+/// `decode` gives the transmittance in 0..=1 from the light to just before `depth`. Codes hold no
+/// state of a frame but what `prepare` sets.
+pub trait TexelCode: Send + Sync {
+    /// Numbers a texel stores.
+    fn words(&self) -> usize;
+
+    /// Looks at all fragments once, before texels are encoded (planes of an OSM).
+    fn prepare(&mut self, fragments: &crate::Fragments) {
+        let _ = fragments;
+    }
+
+    /// Writes a texel from its translucent fragments, in the order they are drawn, and from its
+    /// opaque one where opaque casters have a weight ([`crate::Opaque::Weight`]). `scratch` is for
+    /// any use; `words` holds what an earlier frame left.
+    fn encode(
+        &self,
+        texel: usize,
+        fragments: &[Fragment],
+        opaque: Option<Fragment>,
+        scratch: &mut Vec<Fragment>,
+        words: &mut [f32],
+    );
+
+    /// Reads a texel.
+    fn decode(&self, texel: usize, words: &[f32], depth: f32) -> f32;
+
+    /// Reads the mean of several texels at once; `taps` holds (texel, its words), the first is the
+    /// receiver's own. Codes that cannot be averaged decode each and average that.
+    fn decode_mean(&self, taps: &[(usize, &[f32])], depth: f32) -> f32 {
+        let sum: f32 = taps.iter().map(|(texel, words)| self.decode(*texel, words, depth)).sum();
+        sum / taps.len().max(1) as f32
+    }
+
+    /// Bytes a texel takes as stored.
+    fn bytes_per_texel(&self) -> u64;
+
+    /// Passes over the geometry a frame needs.
+    fn geometry_passes(&self) -> u64;
+}
+
+/// The code that settings ask for; they must have been checked.
+pub fn of(settings: &Settings) -> Box<dyn TexelCode> {
+    let _ = settings;
+    Box::new(Unshadowed)
+}
+
+struct Unshadowed;
+
+impl TexelCode for Unshadowed {
+    fn words(&self) -> usize {
+        0
+    }
+    fn encode(
+        &self,
+        _: usize,
+        _: &[Fragment],
+        _: Option<Fragment>,
+        _: &mut Vec<Fragment>,
+        _: &mut [f32],
+    ) {
+    }
+    fn decode(&self, _: usize, _: &[f32], _: f32) -> f32 {
+        1.0
+    }
+    fn bytes_per_texel(&self) -> u64 {
+        0
+    }
+    fn geometry_passes(&self) -> u64 {
+        0
+    }
+}

@@ -1,0 +1,72 @@
+//! What each technique means, in `f64`, straight from the fragments: the oracle of ports.
+//!
+//! Nothing is stored and nothing is fast: a transmittance is worked out from its definition over
+//! the texel's fragments each time it is asked for.
+
+use crate::{
+    Blur, Code, Fragment, Fragments, OpacityError, Opaque, Receiver, Settings, cpu,
+    taps::{self, MOST, Tap},
+};
+
+/// A technique over fragments at hand.
+pub struct Reference<'a> {
+    settings: &'a Settings,
+    fragments: &'a Fragments,
+}
+
+impl<'a> Reference<'a> {
+    /// Looks at all fragments where the technique needs it (planes of an OSM).
+    ///
+    /// # Errors
+    /// Settings or fragments that are out of range.
+    pub fn new(settings: &'a Settings, fragments: &'a Fragments) -> Result<Self, OpacityError> {
+        settings.check()?;
+        fragments.check()?;
+        Ok(Self { settings, fragments })
+    }
+
+    /// Transmittance of one receiver; 1 outside the map.
+    pub fn transmittance(&self, receiver: &Receiver) -> f64 {
+        if !receiver.in_map() {
+            return 1.0;
+        }
+        let mut found = [Tap { texel: 0, du: 0.0, dv: 0.0 }; MOST];
+        let (width, height) = (self.fragments.width, self.fragments.height);
+        let n = taps::taps(self.settings.taps, receiver, width, height, &mut found);
+        let found = &found[..n];
+        let lit = |tap: &Tap| {
+            let depth = receiver.plane_depth(tap.du, tap.dv) - self.settings.bias;
+            self.settings.opaque != Opaque::Separate || depth <= self.fragments.opaque[tap.texel]
+        };
+        let depth = receiver.depth - self.settings.bias;
+        let mean = |of: &dyn Fn(&Tap) -> f64| found.iter().map(of).sum::<f64>() / n as f64;
+        match self.settings.blur {
+            Blur::Transmittance => {
+                mean(&|tap| if lit(tap) { self.at(tap.texel, depth) } else { 0.0 })
+            }
+            Blur::Stored => mean(&|tap| f64::from(u8::from(lit(tap)))) * self.stored(found, depth),
+        }
+    }
+
+    /// Transmittance of a texel just before `depth`.
+    pub fn at(&self, texel: usize, depth: f32) -> f64 {
+        let fragments = self.fragments.texel(texel);
+        let _ =
+            (fragments, cpu::weighted(self.settings.opaque, self.fragments.opaque[texel]), depth);
+        match &self.settings.code {
+            Code::Unshadowed => 1.0,
+            _ => 1.0,
+        }
+    }
+
+    /// Transmittance of texels whose stored numbers are averaged first.
+    fn stored(&self, taps: &[Tap], depth: f32) -> f64 {
+        taps.iter().map(|tap| self.at(tap.texel, depth)).sum::<f64>() / taps.len().max(1) as f64
+    }
+}
+
+/// The exact answer on the same texel grid: e^-Σω over fragments strictly in front of `depth`.
+pub fn exact(fragments: &[Fragment], depth: f32) -> f64 {
+    let in_front = fragments.iter().filter(|f| f.depth < depth);
+    (-in_front.map(|f| f64::from(f.omega)).sum::<f64>()).exp()
+}

@@ -1,0 +1,97 @@
+//! Which texels a receiver reads.
+
+use crate::{Receiver, Taps};
+
+/// A texel read, and where its centre of reading lies from the receiver, in map coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tap {
+    /// Index of the texel, row-major.
+    pub texel: usize,
+    /// Map coordinates to the right of the receiver.
+    pub du: f32,
+    /// Map coordinates below the receiver.
+    pub dv: f32,
+}
+
+/// Most taps of any kind.
+pub const MOST: usize = 16;
+
+/// The taps of a receiver inside the map, all of weight 1 / n: their number n is returned. Beyond
+/// the border the border's texel is read.
+pub fn taps(
+    kind: Taps,
+    receiver: &Receiver,
+    width: u32,
+    height: u32,
+    out: &mut [Tap; MOST],
+) -> usize {
+    let mut n = 0;
+    let mut push = |dx: f32, dy: f32| {
+        let place = |t: f32, d: f32, size: u32| {
+            (t * size as f32 + d).floor().clamp(0.0, (size - 1) as f32) as usize
+        };
+        let texel = place(receiver.v, dy, height) * width as usize + place(receiver.u, dx, width);
+        out[n] = Tap { texel, du: dx / width as f32, dv: dy / height as f32 };
+        n += 1;
+    };
+    match kind {
+        Taps::One => push(0.0, 0.0),
+        Taps::Box3 => {
+            // The receiver's own texel comes first: it decides layers where sums are averaged.
+            push(0.0, 0.0);
+            for (dx, dy) in grid(3).filter(|&o| o != (0.0, 0.0)) {
+                push(dx, dy);
+            }
+        }
+        Taps::Box4 => grid(4).for_each(|(dx, dy)| push(dx, dy)),
+        Taps::Stochastic16 => {
+            let mut state = hash(receiver.u.to_bits() ^ hash(receiver.v.to_bits()));
+            for (dx, dy) in grid(4) {
+                state = hash(state);
+                let jitter = |bits: u32| (bits & 0xffff) as f32 / 65536.0 - 0.5;
+                push(dx + jitter(state), dy + jitter(state >> 16));
+            }
+        }
+    }
+    n
+}
+
+/// Offsets of an n x n box, centred, row by row.
+fn grid(n: usize) -> impl Iterator<Item = (f32, f32)> {
+    let middle = 0.5 * (n - 1) as f32;
+    (0..n * n).map(move |i| ((i % n) as f32 - middle, (i / n) as f32 - middle))
+}
+
+/// A 32-bit integer hash (Jarzynski and Olano, Hash Functions for GPU Rendering, JCGT 2020: PCG).
+pub fn hash(value: u32) -> u32 {
+    let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (word >> 22) ^ word
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn taps_surround_the_receiver_and_stay_in_the_map() {
+        let mut out = [Tap { texel: 0, du: 0.0, dv: 0.0 }; MOST];
+        let middle = Receiver::at(0.5 + 1.0 / 32.0, 0.5 + 1.0 / 32.0, 0.5);
+        assert_eq!(taps(Taps::One, &middle, 16, 16, &mut out), 1);
+        assert_eq!(out[0].texel, 8 * 16 + 8);
+        assert_eq!(taps(Taps::Box3, &middle, 16, 16, &mut out), 9);
+        assert_eq!(out[0].texel, 8 * 16 + 8);
+        let mut rows: Vec<usize> = out[..9].iter().map(|t| t.texel / 16).collect();
+        rows.sort_unstable();
+        assert_eq!(rows, [7, 7, 7, 8, 8, 8, 9, 9, 9]);
+        for kind in [Taps::Box4, Taps::Stochastic16] {
+            assert_eq!(taps(kind, &middle, 16, 16, &mut out), 16);
+            let mean: f32 = out.iter().map(|t| t.du).sum::<f32>() / 16.0;
+            assert!(mean.abs() < 0.5 / 16.0, "{kind:?} {mean}");
+        }
+        for (u, v) in [(0.0, 0.0), (1.0, 1.0), (1.0, 0.0)] {
+            let n = taps(Taps::Box4, &Receiver::at(u, v, 0.5), 5, 7, &mut out);
+            assert!(out[..n].iter().all(|t| t.texel < 35));
+        }
+    }
+}
