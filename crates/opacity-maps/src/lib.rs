@@ -8,6 +8,7 @@
 pub mod code;
 pub mod cpu;
 mod error;
+pub mod exact;
 mod fragments;
 mod receiver;
 pub mod reference;
