@@ -30,9 +30,11 @@ pub trait TexelCode: Send + Sync {
     /// Reads a texel.
     fn decode(&self, texel: usize, words: &[f32], depth: f32) -> f32;
 
-    /// Reads the mean of several texels at once; `taps` holds (texel, its words), the first is the
-    /// receiver's own. Codes that cannot be averaged decode each and average that.
-    fn decode_mean(&self, taps: &[(usize, &[f32])], depth: f32) -> f32 {
+    /// Reads the mean of several texels at once. `own` is (texel, its words) of the texel the
+    /// receiver lies in, whether or not it is among the `taps`: it says where layers lie. Codes that
+    /// cannot be averaged decode each and average that.
+    fn decode_mean(&self, own: (usize, &[f32]), taps: &[(usize, &[f32])], depth: f32) -> f32 {
+        let _ = own;
         let sum: f32 = taps.iter().map(|(texel, words)| self.decode(*texel, words, depth)).sum();
         sum / taps.len().max(1) as f32
     }

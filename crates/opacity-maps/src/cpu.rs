@@ -131,7 +131,8 @@ impl Maps {
                     *slot = (tap.texel, self.texel(tap.texel));
                 }
                 let share = found.iter().filter(|tap| lit(tap)).count() as f32 / n as f32;
-                share * self.code.decode_mean(&read[..n], depth)
+                let own = taps::own(receiver, width, height);
+                share * self.code.decode_mean((own, self.texel(own)), &read[..n], depth)
             }
         }
     }

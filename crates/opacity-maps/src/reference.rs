@@ -44,7 +44,10 @@ impl<'a> Reference<'a> {
             Blur::Transmittance => {
                 mean(&|tap| if lit(tap) { self.at(tap.texel, depth) } else { 0.0 })
             }
-            Blur::Stored => mean(&|tap| f64::from(u8::from(lit(tap)))) * self.stored(found, depth),
+            Blur::Stored => {
+                let own = taps::own(receiver, width, height);
+                mean(&|tap| f64::from(u8::from(lit(tap)))) * self.stored(own, found, depth)
+            }
         }
     }
 
@@ -59,8 +62,10 @@ impl<'a> Reference<'a> {
         }
     }
 
-    /// Transmittance of texels whose stored numbers are averaged first.
-    fn stored(&self, taps: &[Tap], depth: f32) -> f64 {
+    /// Transmittance of texels whose stored numbers are averaged first; a receiver's `own` texel
+    /// says where layers lie.
+    fn stored(&self, own: usize, taps: &[Tap], depth: f32) -> f64 {
+        let _ = own;
         taps.iter().map(|tap| self.at(tap.texel, depth)).sum::<f64>() / taps.len().max(1) as f64
     }
 }

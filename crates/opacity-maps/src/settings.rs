@@ -51,7 +51,8 @@ pub enum Opaque {
     Weight {
         /// Optical thickness, > 0.
         weight: f32,
-        /// Whether that fragment also stretches the bounds.
+        /// Whether that fragment also stretches the bounds. Where nothing translucent lies, it is
+        /// the bounds either way, so that a trunk alone casts its shadow.
         in_bounds: bool,
     },
 }
@@ -86,6 +87,13 @@ pub struct Layered {
     pub layers: u32,
     /// How a receiver reads them.
     pub lookup: Lookup,
+    /// Light depth taken from a fragment's before it is put into a layer, 0..=0.1. The thesis takes
+    /// the receivers' bias here too; with 0 a fragment's own layer begins behind its receiver.
+    pub write_bias: f32,
+    /// Thickness is multiplied by the share of taps whose first fragment lies in front of the
+    /// receiver: a soft edge of the lit surface (thesis; with [`Blur::Stored`], and not for planes,
+    /// which have no first fragment).
+    pub soft_start: bool,
     /// How fragments are blended.
     pub blend: Blend,
     /// Storage of a layer.
@@ -365,6 +373,9 @@ impl Settings {
         }
         match &self.code {
             Code::Unshadowed | Code::Binary => Ok(()),
+            Code::Layered(layered) if layered.soft_start && self.blur != Blur::Stored => Err(
+                OpacityError::setting("soft start", true, "only where stored sums are averaged"),
+            ),
             Code::Layered(layered) => layered.check(),
             Code::Fourier(f) => {
                 within("pairs", f.pairs, 1..=15, "1..=15")?;
@@ -391,6 +402,10 @@ impl Settings {
 impl Layered {
     fn check(&self) -> Result<(), OpacityError> {
         within("layers", self.layers, 1..=256, "1..=256")?;
+        within("write bias", self.write_bias, 0.0..=0.1, "0..=0.1")?;
+        if self.soft_start && matches!(self.layout, Layout::Planes(_)) {
+            return Err(OpacityError::setting("soft start", true, "not for planes"));
+        }
         if let Packing::Targets(targets) = self.packing {
             within("targets", targets, 1..=8, "1..=8")?;
         }

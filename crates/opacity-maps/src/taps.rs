@@ -27,22 +27,13 @@ pub fn taps(
 ) -> usize {
     let mut n = 0;
     let mut push = |dx: f32, dy: f32| {
-        let place = |t: f32, d: f32, size: u32| {
-            (t * size as f32 + d).floor().clamp(0.0, (size - 1) as f32) as usize
-        };
-        let texel = place(receiver.v, dy, height) * width as usize + place(receiver.u, dx, width);
+        let texel = texel_at(receiver, dx, dy, width, height);
         out[n] = Tap { texel, du: dx / width as f32, dv: dy / height as f32 };
         n += 1;
     };
     match kind {
         Taps::One => push(0.0, 0.0),
-        Taps::Box3 => {
-            // The receiver's own texel comes first: it decides layers where sums are averaged.
-            push(0.0, 0.0);
-            for (dx, dy) in grid(3).filter(|&o| o != (0.0, 0.0)) {
-                push(dx, dy);
-            }
-        }
+        Taps::Box3 => grid(3).for_each(|(dx, dy)| push(dx, dy)),
         Taps::Box4 => grid(4).for_each(|(dx, dy)| push(dx, dy)),
         Taps::Stochastic16 => {
             let mut state = hash(receiver.u.to_bits() ^ hash(receiver.v.to_bits()));
@@ -54,6 +45,19 @@ pub fn taps(
         }
     }
     n
+}
+
+/// The texel a receiver inside the map lies in.
+pub fn own(receiver: &Receiver, width: u32, height: u32) -> usize {
+    texel_at(receiver, 0.0, 0.0, width, height)
+}
+
+/// The texel `dx`, `dy` texels from a receiver, the border's beyond the border.
+fn texel_at(receiver: &Receiver, dx: f32, dy: f32, width: u32, height: u32) -> usize {
+    let place = |t: f32, d: f32, size: u32| {
+        (t * size as f32 + d).floor().clamp(0.0, (size - 1) as f32) as usize
+    };
+    place(receiver.v, dy, height) * width as usize + place(receiver.u, dx, width)
 }
 
 /// Offsets of an n x n box, centred, row by row.
@@ -79,8 +83,9 @@ mod tests {
         let middle = Receiver::at(0.5 + 1.0 / 32.0, 0.5 + 1.0 / 32.0, 0.5);
         assert_eq!(taps(Taps::One, &middle, 16, 16, &mut out), 1);
         assert_eq!(out[0].texel, 8 * 16 + 8);
+        assert_eq!(own(&middle, 16, 16), 8 * 16 + 8);
         assert_eq!(taps(Taps::Box3, &middle, 16, 16, &mut out), 9);
-        assert_eq!(out[0].texel, 8 * 16 + 8);
+        assert_eq!(out[4].texel, 8 * 16 + 8);
         let mut rows: Vec<usize> = out[..9].iter().map(|t| t.texel / 16).collect();
         rows.sort_unstable();
         assert_eq!(rows, [7, 7, 7, 8, 8, 8, 9, 9, 9]);
