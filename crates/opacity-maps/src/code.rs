@@ -1,6 +1,6 @@
 //! What each technique does to a texel.
 
-use crate::{Fragment, Settings};
+use crate::{Code, Fragment, Settings};
 
 /// A technique's stored numbers of one texel.
 ///
@@ -48,8 +48,16 @@ pub trait TexelCode: Send + Sync {
 
 /// The code that settings ask for; they must have been checked.
 pub fn of(settings: &Settings) -> Box<dyn TexelCode> {
-    let _ = settings;
-    Box::new(Unshadowed)
+    match &settings.code {
+        Code::Unshadowed
+        | Code::Layered(_)
+        | Code::Binary
+        | Code::Fourier(_)
+        | Code::Adaptive(_)
+        | Code::Moments(_)
+        | Code::Stochastic(_)
+        | Code::Deep(_) => Box::new(Unshadowed),
+    }
 }
 
 struct Unshadowed;

@@ -4,7 +4,7 @@
 //! the texel's fragments each time it is asked for.
 
 use crate::{
-    Blur, Code, Fragment, Fragments, OpacityError, Opaque, Receiver, Settings, cpu,
+    Blur, Code, Fragment, Fragments, OpacityError, Opaque, Receiver, Settings,
     taps::{self, MOST, Tap},
 };
 
@@ -53,12 +53,16 @@ impl<'a> Reference<'a> {
 
     /// Transmittance of a texel just before `depth`.
     pub fn at(&self, texel: usize, depth: f32) -> f64 {
-        let fragments = self.fragments.texel(texel);
-        let _ =
-            (fragments, cpu::weighted(self.settings.opaque, self.fragments.opaque[texel]), depth);
         match &self.settings.code {
-            Code::Unshadowed => 1.0,
-            _ => 1.0,
+            // A module's `reference(its settings, texel, fragments, opaque, depth)`.
+            Code::Unshadowed
+            | Code::Layered(_)
+            | Code::Binary
+            | Code::Fourier(_)
+            | Code::Adaptive(_)
+            | Code::Moments(_)
+            | Code::Stochastic(_)
+            | Code::Deep(_) => 1.0,
         }
     }
 
@@ -66,6 +70,7 @@ impl<'a> Reference<'a> {
     /// says where layers lie.
     fn stored(&self, own: usize, taps: &[Tap], depth: f32) -> f64 {
         let _ = own;
+        // Codes whose stored numbers can be averaged have an arm here.
         taps.iter().map(|tap| self.at(tap.texel, depth)).sum::<f64>() / taps.len().max(1) as f64
     }
 }
