@@ -3,8 +3,10 @@
 //! Conventions (`docs/conventions.md`): right-handed, y up, metres; geometry is stored in `f32`
 //! relative to its mesh, placed in the world by an `f64` affine transform; colours are linear RGB.
 
+mod crop;
 mod defaults;
 mod error;
+pub mod eye;
 pub mod generate;
 mod hash;
 pub mod import;
@@ -15,8 +17,10 @@ mod types;
 mod validate;
 mod write;
 
+pub use crop::Crop;
 pub use defaults::{GROUND, add_ground};
 pub use error::SceneError;
+pub use eye::{Eye, EyeError};
 pub use light_view::{LightView, LightViewError};
 pub use orbit::{Orbit, OrbitError};
 pub use types::{

@@ -1,7 +1,7 @@
 //! The projection of a shadow map: world space to map coordinates and linear depth.
 
 use crate::Aabb;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A light seen as a camera. Map coordinates (u, v) lie in 0..=1 with v downwards; depth z is
 /// *linear* along the light's axis, 0 at `near` and 1 at `far`.
@@ -37,9 +37,17 @@ pub enum LightViewError {
     /// The half angle is out of range.
     #[error("spot half angle {0} rad is outside (0, pi/2)")]
     HalfAngle(f64),
+    /// A crop to something that is no rectangle.
+    #[error("crop from {min} to {max}: the corners must be finite, the first not above the second")]
+    Rectangle {
+        /// Lower corner as given.
+        min: DVec2,
+        /// Upper corner as given.
+        max: DVec2,
+    },
 }
 
-fn axes(direction: DVec3) -> Result<(DVec3, DVec3, DVec3), LightViewError> {
+pub(crate) fn axes(direction: DVec3) -> Result<(DVec3, DVec3, DVec3), LightViewError> {
     let forward = direction.try_normalize().ok_or(LightViewError::Direction(direction))?;
     // The world axis least aligned with the light keeps the cross product long.
     let helper = if forward.y.abs() > 0.9 { DVec3::Z } else { DVec3::Y };

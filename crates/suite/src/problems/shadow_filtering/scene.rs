@@ -6,7 +6,8 @@ use crate::{
     case::{self, Source},
 };
 use dapple_scene::{
-    Aabb, Camera, Light, LightView, Orbit, OrbitError, Scene, add_ground, generate, import, inspect,
+    Aabb, Camera, Eye, EyeError, Light, LightView, Orbit, OrbitError, Scene, add_ground, generate,
+    import, inspect,
 };
 
 /// A complete scene.
@@ -74,12 +75,13 @@ fn leave_out_alpha_tests(scene: &mut Scene) {
     }
 }
 
-/// The camera of that name, the first for an empty one, or the first turned about the scene's
-/// middle for `orbit:AZIMUTH,ELEVATION,DISTANCE` (see [`Orbit`]).
+/// The camera of that name, the first for an empty one, the first turned about the scene's
+/// middle for `orbit:AZIMUTH,ELEVATION,DISTANCE` (see [`Orbit`]), or one placed by hand for
+/// `eye:X,Y,Z,TX,TY,TZ` (see [`Eye`]).
 ///
 /// # Errors
-/// [`SuiteError::Unknown`] with the views there are; [`SuiteError::Usage`] for an orbit that is not
-/// of that form.
+/// [`SuiteError::Unknown`] with the views there are; [`SuiteError::Usage`] for an orbit or an eye
+/// that is not of that form.
 pub fn camera(scene: &Scene, view: &str) -> Result<Camera, SuiteError> {
     let unknown =
         || SuiteError::unknown("view", view, scene.cameras.iter().map(|c| c.name.as_str()));
@@ -92,6 +94,10 @@ pub fn camera(scene: &Scene, view: &str) -> Result<Camera, SuiteError> {
     let first = || scene.cameras.first().ok_or_else(unknown);
     if view.is_empty() {
         return first().cloned();
+    }
+    if Eye::is_meant(view) {
+        let eye: Eye = view.parse().map_err(|e: EyeError| SuiteError::Usage(e.to_string()))?;
+        return Ok(eye.camera(first()?));
     }
     if !Orbit::is_meant(view) {
         return Err(unknown());
@@ -144,9 +150,13 @@ mod tests {
         assert!(turned.position.distance(first.position) > 0.1);
         let radii = [turned.position, first.position].map(|p| p.distance(centre));
         assert!((radii[0] - radii[1]).abs() < 1e-9 * radii[1]);
-        for (view, what) in
-            [("orbit:1,2", "orbit:AZIMUTH,ELEVATION,DISTANCE"), ("nowhere", "no view `nowhere`")]
-        {
+        let placed = camera(&scene, "eye:1,2,3,0,0.5,0").unwrap();
+        assert_eq!((placed.position.to_array(), placed.target.y), ([1.0, 2.0, 3.0], 0.5));
+        for (view, what) in [
+            ("orbit:1,2", "orbit:AZIMUTH,ELEVATION,DISTANCE"),
+            ("eye:1,2", "eye:X,Y,Z,TX,TY,TZ"),
+            ("nowhere", "no view `nowhere`"),
+        ] {
             let error = camera(&scene, view).unwrap_err();
             assert!(error.to_string().contains(what), "{error}");
             assert_eq!(error.exit_code(), 2);
