@@ -14,7 +14,7 @@ use std::{sync::OnceLock, time::Duration};
 // A tree of n leaves has 2n - 1 nodes with u32 indices; the top id is a sentinel.
 const MAX_TRIANGLES: usize = 1 << 30;
 
-fn check_indices(scene: &Scene) -> Result<(), TraceError> {
+pub(crate) fn check_indices(scene: &Scene) -> Result<(), TraceError> {
     for (texture, t) in scene.textures.iter().enumerate() {
         let (width, height, texels) = (t.width, t.height, t.texels.len());
         if texels != 0 && texels as u64 != u64::from(width) * u64::from(height) {

@@ -89,4 +89,28 @@ pub enum TraceError {
         /// The limit.
         limit: usize,
     },
+    /// An opacity that is none.
+    #[error("material {material}: opacity {opacity} is outside 0..=1")]
+    Opacity {
+        /// Index of the material.
+        material: usize,
+        /// The number it holds.
+        opacity: f32,
+    },
+    /// A map or an image that is too large.
+    #[error("{width} x {height} texels; the limit is {limit} a side")]
+    MapSize {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// The limit.
+        limit: u32,
+    },
+    /// A light that meets more than there is room for.
+    #[error("the light's map has more than {limit} fragments; take a smaller map")]
+    Fragments {
+        /// The limit.
+        limit: usize,
+    },
 }

@@ -165,10 +165,10 @@ impl PreparedRay {
     /// The distance to a triangle crossed edge-on is rounding noise between its corners' distances.
     /// The triangle's own box bounds it from below, so that no crossing is nearer than the boxes on
     /// the way to it, and traversal finds what asking every triangle finds. For any other crossing
-    /// this changes nothing.
+    /// this changes nothing. `ONCE` is as in [`crate::watertight::weigh`].
     #[inline(always)]
-    pub fn meet(&self, corners: &Corners) -> Option<Crossing> {
-        let crossing = self.sheared.cross(corners)?;
+    pub fn meet<const ONCE: bool>(&self, corners: &Corners) -> Option<Crossing> {
+        let crossing = self.sheared.cross::<ONCE>(corners)?;
         let near = f64::from(padded_box(corners).intersect_ray(&self.coarse));
         (near < f64::INFINITY).then_some(Crossing { t: crossing.t.max(near), ..crossing })
     }

@@ -162,7 +162,7 @@ impl Tracer {
         self.traverse(&prepared, |leaves, _| {
             for leaf in leaves {
                 if leaf.id != skip
-                    && let Some(crossing) = prepared.meet(&leaf.corners)
+                    && let Some(crossing) = prepared.meet::<false>(&leaf.corners)
                     && crossing.t >= prepared.t_min
                     && crossing.t <= prepared.t_max
                     && self.is_there(leaf, &crossing)
@@ -184,10 +184,42 @@ impl Tracer {
             return;
         };
         self.traverse(&prepared, |leaves, _| {
-            hits.extend(leaves.iter().filter_map(|leaf| self.hit_in_range(&prepared, leaf)));
+            hits.extend(
+                leaves.iter().filter_map(|leaf| self.hit_in_range::<false>(&prepared, leaf)),
+            );
             ControlFlow::Continue(())
         });
         finish(&prepared, hits);
+    }
+
+    /// [`Tracer::all`], but a ray through an edge that two triangles share hits one of them: where a
+    /// surface lets light through, it must not count twice. (Of two triangles that fold back at
+    /// the edge it hits both or none.)
+    pub fn all_once(&self, ray: &Ray, hits: &mut Vec<Hit>) {
+        hits.clear();
+        let Some(prepared) = PreparedRay::new(ray, &self.space) else {
+            return;
+        };
+        self.traverse(&prepared, |leaves, _| {
+            hits.extend(leaves.iter().filter_map(|l| self.hit_in_range::<true>(&prepared, l)));
+            ControlFlow::Continue(())
+        });
+        finish(&prepared, hits);
+    }
+
+    /// The hits of [`Tracer::all_once`] in no particular order, until `visit` breaks.
+    pub(crate) fn visit_once(&self, ray: &Ray, mut visit: impl FnMut(Hit) -> ControlFlow<()>) {
+        let Some(prepared) = PreparedRay::new(ray, &self.space) else {
+            return;
+        };
+        self.traverse(&prepared, |leaves, _| {
+            for leaf in leaves {
+                if let Some(hit) = self.hit_in_range::<true>(&prepared, leaf) {
+                    visit(Hit { t: prepared.caller_t(hit.t), ..hit })?;
+                }
+            }
+            ControlFlow::Continue(())
+        });
     }
 
     /// [`Tracer::closest`] by asking every triangle: slow, and right if the triangle test is.
@@ -204,7 +236,9 @@ impl Tracer {
     pub fn all_brute_force(&self, ray: &Ray, hits: &mut Vec<Hit>) {
         hits.clear();
         if let Some(prepared) = PreparedRay::new(ray, &self.space) {
-            hits.extend(self.leaves.iter().filter_map(|leaf| self.hit_in_range(&prepared, leaf)));
+            hits.extend(
+                self.leaves.iter().filter_map(|leaf| self.hit_in_range::<false>(&prepared, leaf)),
+            );
             finish(&prepared, hits);
         }
     }
@@ -231,7 +265,7 @@ impl Tracer {
 
     #[inline(always)]
     fn improve(&self, ray: &PreparedRay, leaf: &Leaf, best: &mut Best, t_max: &mut f32) {
-        if let Some(crossing) = ray.meet(&leaf.corners)
+        if let Some(crossing) = ray.meet::<false>(&leaf.corners)
             && crossing.t >= ray.t_min
             && best.is_beaten_by(&crossing, leaf.id)
             && self.is_there(leaf, &crossing)
@@ -242,8 +276,8 @@ impl Tracer {
     }
 
     // With the distance still from the prepared ray's origin: see `finish`.
-    fn hit_in_range(&self, ray: &PreparedRay, leaf: &Leaf) -> Option<Hit> {
-        let crossing = ray.meet(&leaf.corners)?;
+    fn hit_in_range<const ONCE: bool>(&self, ray: &PreparedRay, leaf: &Leaf) -> Option<Hit> {
+        let crossing = ray.meet::<ONCE>(&leaf.corners)?;
         let in_range = crossing.t >= ray.t_min && crossing.t <= ray.t_max;
         (in_range && self.is_there(leaf, &crossing)).then_some(Hit {
             t: crossing.t,

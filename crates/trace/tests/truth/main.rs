@@ -2,9 +2,14 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod brute_force;
+mod camera_layers;
 mod filtered;
 mod input;
 mod light;
+mod light_fragments;
 mod maps;
+mod once;
+mod opacity;
 mod shapes;
+mod translucent;
 mod watertight;
