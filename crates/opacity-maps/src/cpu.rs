@@ -143,6 +143,21 @@ impl Maps {
         &self.words[texel * words..(texel + 1) * words]
     }
 
+    /// What all texels store, texel after texel.
+    pub fn words(&self) -> &[f32] {
+        &self.words
+    }
+
+    /// Number of texels.
+    pub fn texels(&self) -> usize {
+        self.opaque.len()
+    }
+
+    /// What the maps were asked for.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
     /// The code that reads these maps.
     pub fn code(&self) -> &dyn TexelCode {
         self.code.as_ref()

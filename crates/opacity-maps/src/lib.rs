@@ -12,6 +12,7 @@ pub mod exact;
 mod fragments;
 mod receiver;
 pub mod reference;
+pub mod search;
 mod settings;
 pub mod taps;
 
