@@ -1,6 +1,6 @@
 //! What each technique does to a texel.
 
-use crate::{Code, Fragment, Settings};
+use crate::{Code, Fragment, Settings, adaptive, binary, deep, fourier, moments, stochastic};
 
 /// A technique's stored numbers of one texel.
 ///
@@ -42,21 +42,27 @@ pub trait TexelCode: Send + Sync {
     /// Bytes a texel takes as stored.
     fn bytes_per_texel(&self) -> u64;
 
+    /// Bytes of what a texel uses of them, where codes are of variable length.
+    fn used_bytes(&self, words: &[f32]) -> u64 {
+        let _ = words;
+        self.bytes_per_texel()
+    }
+
     /// Passes over the geometry a frame needs.
     fn geometry_passes(&self) -> u64;
 }
 
 /// The code that settings ask for; they must have been checked.
 pub fn of(settings: &Settings) -> Box<dyn TexelCode> {
+    let opaque_in_bounds = settings.opaque_in_bounds();
     match &settings.code {
-        Code::Unshadowed
-        | Code::Layered(_)
-        | Code::Binary
-        | Code::Fourier(_)
-        | Code::Adaptive(_)
-        | Code::Moments(_)
-        | Code::Stochastic(_)
-        | Code::Deep(_) => Box::new(Unshadowed),
+        Code::Unshadowed | Code::Layered(_) => Box::new(Unshadowed),
+        Code::Binary => Box::new(binary::Binary),
+        Code::Fourier(f) => Box::new(fourier::Code { settings: *f, opaque_in_bounds }),
+        Code::Adaptive(a) => Box::new(adaptive::Code(*a)),
+        Code::Moments(m) => Box::new(moments::Code { settings: *m, opaque_in_bounds }),
+        Code::Stochastic(s) => Box::new(stochastic::Code(*s)),
+        Code::Deep(d) => Box::new(deep::Code(*d)),
     }
 }
 

@@ -169,6 +169,13 @@ impl Maps {
         (self.code.bytes_per_texel() + opaque) * self.opaque.len() as u64
     }
 
+    /// The same of what texels use, where codes are of variable length.
+    pub fn used_bytes(&self) -> u64 {
+        let used: u64 =
+            (0..self.opaque.len()).map(|texel| self.code.used_bytes(self.texel(texel))).sum();
+        used + self.map_bytes() - self.code.bytes_per_texel() * self.opaque.len() as u64
+    }
+
     fn is_lit(&self, receiver: &Receiver, tap: &Tap) -> bool {
         self.settings.opaque != Opaque::Separate
             || receiver.plane_depth(tap.du, tap.dv) - self.settings.bias <= self.opaque[tap.texel]

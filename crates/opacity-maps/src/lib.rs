@@ -5,15 +5,23 @@
 //! ([`code::TexelCode::decode`]). [`reference`] says in `f64` what each of them means, [`cpu`] runs
 //! them in parallel, [`gpu`] rasterises and shades on a graphics device.
 
+pub mod auto_layers;
+pub mod adaptive;
+pub mod binary;
 pub mod code;
 pub mod cpu;
+pub mod deep;
 mod error;
 pub mod exact;
+pub mod fourier;
 mod fragments;
+mod gather;
+pub mod moments;
 mod receiver;
 pub mod reference;
 pub mod search;
 mod settings;
+pub mod stochastic;
 pub mod taps;
 
 pub use error::OpacityError;

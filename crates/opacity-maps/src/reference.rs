@@ -4,7 +4,8 @@
 //! the texel's fragments each time it is asked for.
 
 use crate::{
-    Blur, Code, Fragment, Fragments, OpacityError, Opaque, Receiver, Settings,
+    Blur, Code, Fragment, Fragments, OpacityError, Opaque, Receiver, Settings, adaptive, binary,
+    cpu, deep, fourier, moments, stochastic,
     taps::{self, MOST, Tap},
 };
 
@@ -53,25 +54,38 @@ impl<'a> Reference<'a> {
 
     /// Transmittance of a texel just before `depth`.
     pub fn at(&self, texel: usize, depth: f32) -> f64 {
+        let (fragments, opaque) = self.texel(texel);
+        let stretched = self.settings.opaque_in_bounds();
         match &self.settings.code {
-            // A module's `reference(its settings, texel, fragments, opaque, depth)`.
-            Code::Unshadowed
-            | Code::Layered(_)
-            | Code::Binary
-            | Code::Fourier(_)
-            | Code::Adaptive(_)
-            | Code::Moments(_)
-            | Code::Stochastic(_)
-            | Code::Deep(_) => 1.0,
+            Code::Unshadowed | Code::Layered(_) => 1.0,
+            Code::Binary => binary::reference(fragments, opaque, depth),
+            Code::Fourier(f) => fourier::reference(f, fragments, opaque, stretched, depth),
+            Code::Adaptive(a) => adaptive::reference(a, fragments, opaque, depth),
+            Code::Moments(m) => moments::reference(m, fragments, opaque, stretched, depth),
+            Code::Stochastic(s) => stochastic::reference(s, texel, fragments, opaque, depth),
+            Code::Deep(d) => deep::reference(d, fragments, opaque, depth),
         }
+    }
+
+    /// Fragments that go into the opacity maps.
+    fn texel(&self, texel: usize) -> (&[Fragment], Option<Fragment>) {
+        let opaque = cpu::weighted(self.settings.opaque, self.fragments.opaque[texel]);
+        (self.fragments.texel(texel), opaque)
     }
 
     /// Transmittance of texels whose stored numbers are averaged first; a receiver's `own` texel
     /// says where layers lie.
     fn stored(&self, own: usize, taps: &[Tap], depth: f32) -> f64 {
         let _ = own;
-        // Codes whose stored numbers can be averaged have an arm here.
-        taps.iter().map(|tap| self.at(tap.texel, depth)).sum::<f64>() / taps.len().max(1) as f64
+        let texels = || taps.iter().map(|tap| self.texel(tap.texel));
+        match &self.settings.code {
+            Code::Fourier(f) if !f.bounded => fourier::reference_mean(f, texels(), depth),
+            Code::Moments(m) if !m.bounded => moments::reference_mean(m, texels(), depth),
+            _ => {
+                let sum: f64 = taps.iter().map(|tap| self.at(tap.texel, depth)).sum();
+                sum / taps.len().max(1) as f64
+            }
+        }
     }
 }
 

@@ -360,6 +360,11 @@ impl Settings {
         }
     }
 
+    /// Whether opaque casters stretch the bounds of rays.
+    pub fn opaque_in_bounds(&self) -> bool {
+        matches!(self.opaque, Opaque::Weight { in_bounds: true, .. })
+    }
+
     /// Checks every number (NaN is out of every range) and that formats and blends fit the code.
     ///
     /// # Errors
