@@ -5,8 +5,8 @@
 //! ([`code::TexelCode::decode`]). [`reference`] says in `f64` what each of them means, [`cpu`] runs
 //! them in parallel, [`gpu`] rasterises and shades on a graphics device.
 
-pub mod auto_layers;
 pub mod adaptive;
+pub mod auto_layers;
 pub mod binary;
 pub mod code;
 pub mod cpu;

@@ -2,5 +2,6 @@
 
 mod criteria;
 mod driver;
+mod layers;
 mod rays;
 mod state;
