@@ -9,9 +9,19 @@ struct DepthParams {
     pad: u32,
 }
 
+// The square of the light's map that is drawn: (u, v) of its corner, and 1 / side. (0, 0, 1)
+// is the whole, and leaves positions as they are to the bit.
+struct Crop {
+    offset_u: f32,
+    offset_v: f32,
+    per_side: f32,
+    pad: f32,
+}
+
 @group(0) @binding(0) var<uniform> params: DepthParams;
 // One f32 a texel, row-major from v = 0 down.
 @group(0) @binding(1) var<storage, read> alpha: array<f32>;
+@group(1) @binding(0) var<uniform> crop: Crop;
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
@@ -28,7 +38,9 @@ fn place(
     @location(2) uv: vec2<f32>,
 ) -> Varyings {
     let w = position.z;
-    let clip = vec4(2.0 * position.x - w, w - 2.0 * position.y, 0.5 * w, w);
+    let x = (position.x - crop.offset_u * w) * crop.per_side;
+    let y = (position.y - crop.offset_v * w) * crop.per_side;
+    let clip = vec4(2.0 * x - w, w - 2.0 * y, 0.5 * w, w);
     return Varyings(clip, z, uv);
 }
 

@@ -36,6 +36,7 @@ pub const FILES: &[(&str, &str)] = files![
     "gpu/loops.wgsl",
     "gpu/triangle.wgsl",
     "gpu/work.wgsl",
+    "shadows/cascade.wgsl",
     "shadows/depth.wgsl",
     "shadows/depth_copy.wgsl",
     "shadows/filter_x.wgsl",

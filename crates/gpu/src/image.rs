@@ -16,6 +16,22 @@ impl Gpu {
         format: wgpu::TextureFormat,
         usage: wgpu::TextureUsages,
     ) -> Result<wgpu::Texture, GpuError> {
+        self.texture_array(label, width, height, 1, format, usage)
+    }
+
+    /// The same with `layers` layers.
+    ///
+    /// # Errors
+    /// As [`Gpu::texture`].
+    pub fn texture_array(
+        &self,
+        label: &str,
+        width: u32,
+        height: u32,
+        layers: u32,
+        format: wgpu::TextureFormat,
+        usage: wgpu::TextureUsages,
+    ) -> Result<wgpu::Texture, GpuError> {
         let what = format!("texture `{label}`");
         let max = self.limits().max_texture_dimension_2d;
         if width.max(height) > max {
@@ -26,10 +42,19 @@ impl Gpu {
                 max: max.into(),
             });
         }
+        let max = self.limits().max_texture_array_layers;
+        if layers > max {
+            return Err(GpuError::TooLarge {
+                what,
+                asked: layers.into(),
+                limit: "max_texture_array_layers",
+                max: max.into(),
+            });
+        }
         self.scoped(&what, || {
             self.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,

@@ -34,7 +34,7 @@ impl DepthMap {
     }
 
     /// Checks that the map has `width` x `height` depths, without looking at them.
-    pub(super) fn check_size(&self, width: u32, height: u32) -> Result<(), FilterError> {
+    pub(crate) fn check_size(&self, width: u32, height: u32) -> Result<(), FilterError> {
         if self.width == 0 || self.height == 0 {
             return Err(FilterError::EmptyMap { width: self.width, height: self.height });
         }
