@@ -113,4 +113,29 @@ pub enum TraceError {
         /// The limit.
         limit: usize,
     },
+    /// A ball that is no volume.
+    #[error(
+        "ball {ball}: centre {centre}, radius {radius} m, extinction {extinction} per m; all must \
+         be finite, the radius positive, the extinction not negative"
+    )]
+    Ball {
+        /// Index of the ball.
+        ball: usize,
+        /// World space, metres.
+        centre: glam::DVec3,
+        /// Metres.
+        radius: f64,
+        /// Per metre.
+        extinction: f64,
+    },
+    /// A grid without voxels or with too many.
+    #[error("{along} voxels along the longest side make {count}; 1 to {limit} are possible")]
+    Voxels {
+        /// Voxels along the longest side.
+        along: u32,
+        /// All voxels.
+        count: u64,
+        /// The limit.
+        limit: u64,
+    },
 }

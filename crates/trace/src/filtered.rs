@@ -38,8 +38,12 @@ pub struct PlaneInMap {
 /// The receiver as the map sees it, or `None` where it faces away from the light (n·l <= 0), lies
 /// behind a perspective light, or is not finite.
 pub fn receiver(view: &LightView, surface: &Surface) -> Option<PlaneInMap> {
-    let n = surface.normal;
-    let from_light = surface.position - view.origin;
+    plane_in_map(view, surface.position, surface.normal)
+}
+
+/// [`receiver`] of a point and its unit normal.
+pub(crate) fn plane_in_map(view: &LightView, position: DVec3, n: DVec3) -> Option<PlaneInMap> {
+    let from_light = position - view.origin;
     let distance = from_light.dot(view.forward);
     let travel = if view.perspective { from_light.try_normalize()? } else { view.forward };
     let n_dot_l = -n.dot(travel);
@@ -57,7 +61,7 @@ pub fn receiver(view: &LightView, surface: &Surface) -> Option<PlaneInMap> {
         (1.0, n.dot(view.forward))
     };
     let slope = -depth * side / n_dot_q / (view.far_m - view.near_m);
-    let at = view.project(surface.position);
+    let at = view.project(position);
     let plane = PlaneInMap {
         u: at.x,
         v: at.y,
@@ -100,7 +104,11 @@ pub fn filtered_visibility(
     let (mut lit, mut counted) = (0_u64, 0_u64);
     for (a, b) in stratified(grid.max(1), seed) {
         let (u, v) = (plane.u + width_uv * (a - 0.5), plane.v + width_uv * (b - 0.5));
-        let Some((origin, direction, z)) = plane_point(view, surface, u, v) else { continue };
+        let Some((origin, direction, z)) =
+            plane_point(view, surface.position, surface.normal, u, v)
+        else {
+            continue;
+        };
         let ray = Ray { origin, direction, t_min: 0.0, t_max: z + reach };
         counted += 1;
         lit += u64::from(is_lit(tracer, &ray, surface.triangle, z, reach, &mut hits));
@@ -109,7 +117,7 @@ pub fn filtered_visibility(
 }
 
 /// [`SURFACE_REACH`] in linear depth: half the window's extent along the receiver's plane.
-fn reach(view: &LightView, plane: &PlaneInMap, width_uv: f64) -> f64 {
+pub(crate) fn reach(view: &LightView, plane: &PlaneInMap, width_uv: f64) -> f64 {
     // Map coordinates in units of linear depth, at the receiver's own depth.
     let distance = view.near_m + plane.z * (view.far_m - view.near_m);
     let side = 2.0 * view.half_extent * if view.perspective { distance } else { 1.0 };
@@ -136,10 +144,16 @@ pub fn filtered_visibility_all(
 }
 
 /// The light ray above map point (u, v), and the depth at which it meets the tangent plane.
-fn plane_point(view: &LightView, surface: &Surface, u: f64, v: f64) -> Option<(DVec3, DVec3, f64)> {
+pub(crate) fn plane_point(
+    view: &LightView,
+    position: DVec3,
+    normal: DVec3,
+    u: f64,
+    v: f64,
+) -> Option<(DVec3, DVec3, f64)> {
     let (origin, direction): (DVec3, DVec3) = view.ray(u, v);
-    let closing = -surface.normal.dot(direction);
-    let z = surface.normal.dot(origin - surface.position) / closing;
+    let closing = -normal.dot(direction);
+    let z = normal.dot(origin - position) / closing;
     let reached = if view.perspective {
         // In front of the light, where the ray still falls onto the lit side.
         let light_z = -view.near_m / (view.far_m - view.near_m);

@@ -1,6 +1,6 @@
 //! Ground truth by rays: visibility, depth maps, item buffers, light visibility and the box
 //! filtered shadow signal, all from one watertight `f64` ray caster. For what lets light through:
-//! opacities, every surface along a light's or a camera's ray.
+//! opacities, every surface along a light's or a camera's ray, and the light that reaches a point.
 //!
 //! A BVH of f32 boxes finds candidates, conservatively; whether and where a ray meets a triangle is
 //! decided in `f64` alone. So no result depends on the tree, the thread count, the scene's scale or
@@ -12,6 +12,7 @@ mod error;
 mod filtered;
 mod light;
 mod light_fragments;
+mod light_raster;
 mod maps;
 mod opacity;
 mod sampling;
@@ -19,6 +20,9 @@ mod sheets;
 mod space;
 mod surface;
 mod tracer;
+mod transmittance;
+mod volume;
+mod voxels;
 mod watertight;
 
 pub use camera_layers::{
@@ -37,3 +41,8 @@ pub use maps::{depth_map, item_buffer, surfaces};
 pub use opacity::Opacities;
 pub use surface::Surface;
 pub use tracer::{Hit, Ray, Tracer};
+pub use transmittance::{
+    Footprint, LEAST_TRANSMITTANCE, Law, LightPath, transmittance, transmittance_all,
+};
+pub use volume::{Ball, Profile, ball_bounds, optical_depth};
+pub use voxels::{MAX_VOXELS, Voxels};

@@ -1,6 +1,7 @@
 //! Everything a light meets through each texel's centre: the uncompressed deep shadow map.
 
 use crate::error::TraceError;
+use crate::light_raster::{light_fragments_by_raster, raster};
 use crate::tracer::{Ray, Tracer};
 use dapple_scene::LightView;
 use rayon::prelude::*;
@@ -45,9 +46,66 @@ impl LightFragments {
             _ => 0..0,
         }
     }
+
+    /// Sorts each texel's fragments by depth, those at one depth in the order they are drawn in.
+    pub fn sort_by_depth(&mut self) {
+        let row = self.width as usize;
+        let sort = |part: Part| {
+            let mut texel = Vec::new();
+            for range in part.starts.windows(2) {
+                let range =
+                    (range[0] - part.starts[0]) as usize..(range[1] - part.starts[0]) as usize;
+                let (depth, triangle) = (&mut part.depth[range.clone()], &mut part.triangle[range]);
+                texel.clear();
+                texel.extend(depth.iter().copied().zip(triangle.iter().copied()));
+                texel.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                for (i, &fragment) in texel.iter().enumerate() {
+                    (depth[i], triangle[i]) = fragment;
+                }
+            }
+        };
+        parts(&self.starts, row, &mut self.depth, &mut self.triangle)
+            .into_par_iter()
+            .for_each(sort);
+    }
 }
 
-/// All fragments of a light's map.
+/// Consecutive texels with the fragments that are theirs.
+pub(crate) struct Part<'a> {
+    /// One more than texels; places in the whole map.
+    pub starts: &'a [u32],
+    pub depth: &'a mut [f32],
+    pub triangle: &'a mut [u32],
+}
+
+/// A map in parts of `texels` each, the last one with what is left.
+pub(crate) fn parts<'a>(
+    starts: &'a [u32],
+    texels: usize,
+    mut depth: &'a mut [f32],
+    mut triangle: &'a mut [u32],
+) -> Vec<Part<'a>> {
+    let mut parts = Vec::new();
+    let mut first = 0;
+    while first + 1 < starts.len() {
+        let last = (first + texels.max(1)).min(starts.len() - 1);
+        let count = (starts[last] - starts[first]) as usize;
+        let (depth_here, triangle_here);
+        (depth_here, depth) = depth.split_at_mut(count);
+        (triangle_here, triangle) = triangle.split_at_mut(count);
+        parts.push(Part {
+            starts: &starts[first..=last],
+            depth: depth_here,
+            triangle: triangle_here,
+        });
+        first = last;
+    }
+    parts
+}
+
+/// All fragments of a light's map: by filling triangles where the light is parallel, by rays where it
+/// is not. Where an edge runs exactly through a texel's centre the two may choose different sides of
+/// it; nothing else differs.
 ///
 /// # Errors
 /// A side of more than [`MAX_MAP_SIDE`] texels, or more than [`MAX_LIGHT_FRAGMENTS`] fragments.
@@ -57,7 +115,10 @@ pub fn light_fragments(
     width: u32,
     height: u32,
 ) -> Result<LightFragments, TraceError> {
-    light_fragments_by_rays(tracer, view, width, height)
+    match raster(tracer, view, [width, height]) {
+        Some(raster) => light_fragments_by_raster(tracer, &raster),
+        None => light_fragments_by_rays(tracer, view, width, height),
+    }
 }
 
 /// [`light_fragments`] with one ray a texel, for any view.
@@ -120,13 +181,13 @@ fn row_by_rays(tracer: &Tracer, view: &LightView, [width, height]: [u32; 2], y: 
     row
 }
 
-fn check_size(width: u32, height: u32) -> Result<(), TraceError> {
+pub(crate) fn check_size(width: u32, height: u32) -> Result<(), TraceError> {
     let limit = MAX_MAP_SIDE;
     let fits = width.max(height) <= limit;
     if fits { Ok(()) } else { Err(TraceError::MapSize { width, height, limit }) }
 }
 
-fn check_count(count: usize) -> Result<(), TraceError> {
+pub(crate) fn check_count(count: usize) -> Result<(), TraceError> {
     let limit = MAX_LIGHT_FRAGMENTS;
     if count <= limit { Ok(()) } else { Err(TraceError::Fragments { limit }) }
 }

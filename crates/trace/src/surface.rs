@@ -23,6 +23,13 @@ pub struct Surface {
 }
 
 impl Tracer {
+    /// The unit normal of a traced triangle's plane, on the side its winding turns it to.
+    pub(crate) fn normal(&self, triangle: u32) -> Option<DVec3> {
+        let slot = *self.slot_of_triangle.get(triangle as usize)?;
+        let [a, b, c] = self.leaves.get(slot as usize)?.corners.map(DVec3::from_array);
+        Some((b - a).cross(c - a).normalize_or_zero())
+    }
+
     /// The surface at a hit of this tracer. A hit of another scene, on a triangle that is not here,
     /// gives a position and a normal that are not numbers.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
@@ -49,7 +56,7 @@ impl Tracer {
             (a + (b - a) * hit.u + (c - a) * hit.v).as_vec2()
         });
         let [a, b, c] = leaf.corners.map(DVec3::from_array);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let normal = self.normal(hit.triangle).unwrap_or(DVec3::NAN);
         let away = normal.dot(ray.direction) > 0.0;
         Surface {
             position: self.space.leave(a + (b - a) * hit.u + (c - a) * hit.v),

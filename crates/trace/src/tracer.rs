@@ -288,7 +288,7 @@ impl Tracer {
     }
 
     #[inline(always)]
-    fn is_there(&self, leaf: &Leaf, crossing: &Crossing) -> bool {
+    pub(crate) fn is_there(&self, leaf: &Leaf, crossing: &Crossing) -> bool {
         leaf.cut_out == OPAQUE || self.passes_alpha_test(leaf, crossing)
     }
 

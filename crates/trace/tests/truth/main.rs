@@ -12,4 +12,6 @@ mod once;
 mod opacity;
 mod shapes;
 mod translucent;
+mod transmittance;
+mod volume;
 mod watertight;
