@@ -1,6 +1,8 @@
 //! What each technique does to a texel.
 
-use crate::{Code, Fragment, Settings, adaptive, binary, deep, fourier, moments, stochastic};
+use crate::{
+    Code, Fragment, Settings, adaptive, binary, deep, fourier, layered, moments, stochastic,
+};
 
 /// A technique's stored numbers of one texel.
 ///
@@ -56,7 +58,8 @@ pub trait TexelCode: Send + Sync {
 pub fn of(settings: &Settings) -> Box<dyn TexelCode> {
     let opaque_in_bounds = settings.opaque_in_bounds();
     match &settings.code {
-        Code::Unshadowed | Code::Layered(_) => Box::new(Unshadowed),
+        Code::Unshadowed => Box::new(Unshadowed),
+        Code::Layered(l) => Box::new(layered::LayeredCode::new(l, settings.opaque)),
         Code::Binary => Box::new(binary::Binary),
         Code::Fourier(f) => Box::new(fourier::Code { settings: *f, opaque_in_bounds }),
         Code::Adaptive(a) => Box::new(adaptive::Code(*a)),

@@ -5,7 +5,9 @@
 
 use crate::{
     Blur, Code, Fragment, Fragments, OpacityError, Opaque, Receiver, Settings, adaptive, binary,
-    cpu, deep, fourier, moments, stochastic,
+    cpu, deep, fourier,
+    layered::reference::LayeredReference,
+    moments, stochastic,
     taps::{self, MOST, Tap},
 };
 
@@ -13,6 +15,7 @@ use crate::{
 pub struct Reference<'a> {
     settings: &'a Settings,
     fragments: &'a Fragments,
+    layered: Option<LayeredReference<'a>>,
 }
 
 impl<'a> Reference<'a> {
@@ -23,7 +26,11 @@ impl<'a> Reference<'a> {
     pub fn new(settings: &'a Settings, fragments: &'a Fragments) -> Result<Self, OpacityError> {
         settings.check()?;
         fragments.check()?;
-        Ok(Self { settings, fragments })
+        let layered = match &settings.code {
+            Code::Layered(l) => Some(LayeredReference::new(l, settings.opaque, fragments)),
+            _ => None,
+        };
+        Ok(Self { settings, fragments, layered })
     }
 
     /// Transmittance of one receiver; 1 outside the map.
@@ -57,7 +64,8 @@ impl<'a> Reference<'a> {
         let (fragments, opaque) = self.texel(texel);
         let stretched = self.settings.opaque_in_bounds();
         match &self.settings.code {
-            Code::Unshadowed | Code::Layered(_) => 1.0,
+            Code::Unshadowed => 1.0,
+            Code::Layered(_) => self.layered.as_ref().map_or(1.0, |l| l.at(texel, depth)),
             Code::Binary => binary::reference(fragments, opaque, depth),
             Code::Fourier(f) => fourier::reference(f, fragments, opaque, stretched, depth),
             Code::Adaptive(a) => adaptive::reference(a, fragments, opaque, depth),
@@ -76,9 +84,9 @@ impl<'a> Reference<'a> {
     /// Transmittance of texels whose stored numbers are averaged first; a receiver's `own` texel
     /// says where layers lie.
     fn stored(&self, own: usize, taps: &[Tap], depth: f32) -> f64 {
-        let _ = own;
         let texels = || taps.iter().map(|tap| self.texel(tap.texel));
         match &self.settings.code {
+            Code::Layered(_) => self.layered.as_ref().map_or(1.0, |l| l.stored(own, taps, depth)),
             Code::Fourier(f) if !f.bounded => fourier::reference_mean(f, texels(), depth),
             Code::Moments(m) if !m.bounded => moments::reference_mean(m, texels(), depth),
             _ => {

@@ -362,7 +362,7 @@ impl Settings {
 
     /// Whether opaque casters stretch the bounds of rays.
     pub fn opaque_in_bounds(&self) -> bool {
-        matches!(self.opaque, Opaque::Weight { in_bounds: true, .. })
+        self.opaque.stretches_bounds()
     }
 
     /// Checks every number (NaN is out of every range) and that formats and blends fit the code.
@@ -404,6 +404,13 @@ impl Settings {
     }
 }
 
+impl Opaque {
+    /// Whether opaque casters stretch the bounds of rays.
+    pub fn stretches_bounds(self) -> bool {
+        matches!(self, Self::Weight { in_bounds: true, .. })
+    }
+}
+
 impl Layered {
     fn check(&self) -> Result<(), OpacityError> {
         within("layers", self.layers, 1..=256, "1..=256")?;
@@ -414,8 +421,24 @@ impl Layered {
         if let Packing::Targets(targets) = self.packing {
             within("targets", targets, 1..=8, "1..=8")?;
         }
-        if self.format == Format::Fixed && self.blend != Blend::Add {
-            return Err(OpacityError::setting("blend", "over", "fixed point can only be added"));
+        let four = matches!(self.packing, Packing::Slabs | Packing::Targets(_));
+        if matches!(self.blend, Blend::Alpha | Blend::Premultiplied) && !four {
+            let limit = "alpha and premultiplied states need four channels: Slabs or Targets";
+            return Err(OpacityError::setting("blend", format!("{:?}", self.blend), limit));
+        }
+        if matches!(self.layout, Layout::Deep { listing: true, .. })
+            && self.packing == Packing::Slabs
+        {
+            let limit = "Slabs have no later textures, which the listing gets wrong";
+            return Err(OpacityError::setting("listing", true, limit));
+        }
+        let whole = matches!(self.format, Format::Fixed | Format::Unorm8Scaled);
+        if whole && self.blend != Blend::Add {
+            return Err(OpacityError::setting(
+                "blend",
+                format!("{:?}", self.blend),
+                "fixed point and scaled bytes can only be added",
+            ));
         }
         match &self.layout {
             Layout::Planes(_) => Ok(()),
