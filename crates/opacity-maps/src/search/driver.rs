@@ -13,7 +13,7 @@ use super::{
     oracle,
     state::{Cycle, Shown, Steps},
 };
-use crate::{Code, Criterion, Fragments, OpacityError, Settings, cpu::Maps, exact::Exact};
+use crate::{Code, Criterion, Fragments, OpacityError, Packing, Settings, cpu::Maps, exact::Exact};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -102,10 +102,11 @@ impl Search {
             let limit = "must be the adopted where searches never end";
             return Err(OpacityError::setting("shown", "trial", limit));
         }
+        let settings = cumulative(&plan.settings);
         let maps = |tile: u32| {
             let texture = Arc::new(SplitTexture::new(width, height, tile, plan.steps)?);
-            let code = SplitCode::new(&plan.settings, Arc::clone(&texture))?;
-            let maps = Maps::with_code(width, height, &plan.settings, Box::new(code))?;
+            let code = SplitCode::new(&settings, Arc::clone(&texture))?;
+            let maps = Maps::with_code(width, height, &settings, Box::new(code))?;
             Ok::<_, OpacityError>((texture, maps))
         };
         let (trial_split, trial) = maps(0)?;
@@ -136,11 +137,11 @@ impl Search {
         let frame = self.cycle.frame();
         let mut report = Report { trial: None, map_sets: 0, adopted: false };
         if let Some(trial) = frame.trial {
-            self.trial_split.fill(trial.step());
-            self.trial.build(fragments)?;
+            // A search that lacks a score could never end.
+            let score = self.try_step(trial.step(), fragments).inspect_err(|_| {
+                self.cycle.needs_recompute();
+            })?;
             report.map_sets += 1;
-            let score = self.score(fragments)?;
-            self.keep_best(trial.step());
             report.trial = Some((trial.lambda, score));
             report.adopted = self.cycle.scored(trial, score).is_some();
         }
@@ -189,6 +190,14 @@ impl Search {
     /// λ adopted last for the whole map (by the tiles' scores together, where there are tiles).
     pub fn lambda(&self) -> f32 {
         self.cycle.adopted()
+    }
+
+    fn try_step(&mut self, step: u32, fragments: &Fragments) -> Result<f64, OpacityError> {
+        self.trial_split.fill(step);
+        self.trial.build(fragments)?;
+        let score = self.score(fragments)?;
+        self.keep_best(step);
+        Ok(score)
     }
 
     /// Scores the trial maps, and every tile of them.
@@ -249,4 +258,16 @@ impl Search {
             }
         }
     }
+}
+
+/// The same maps, packed so that each holds all in front of its end: slabs of four hold their own
+/// part alone, and criteria compare whole sums.
+fn cumulative(settings: &Settings) -> Settings {
+    let mut settings = settings.clone();
+    if let Code::Layered(layered) = &mut settings.code
+        && layered.packing == Packing::Slabs
+    {
+        layered.packing = Packing::Targets(1);
+    }
+    settings
 }

@@ -1,1 +1,353 @@
-//! Searches over maps.
+//! Whole searches over maps, and the split texture that they leave.
+
+use crate::rays::{fragments, poisson, split, sums, volume};
+use dapple_opacity_maps::{
+    Bins, Blend, Code, Criterion, EndMap, Format, Fragments, Layered, Layout, Lookup, Packing,
+    Receiver, Settings, Split, SplitKind, Storage,
+    cpu::Maps,
+    exact::Exact,
+    search::{
+        Layers, Plan, Scorer, Scoring, Search, Shown, SplitCode, SplitTexture, Steps,
+        criteria::is_better, oracle, with_lambda,
+    },
+};
+use std::sync::Arc;
+
+fn bounding(layers: u32) -> Settings {
+    Settings {
+        bias: 0.0,
+        ..Settings::plain(Code::Layered(Layered {
+            layout: Layout::Bounded {
+                split: Split { lambda: 0.0, kind: SplitKind::Normalised, width: 512 },
+                bins: Bins::Full,
+            },
+            layers,
+            lookup: Lookup::Lerp,
+            blend: Blend::Add,
+            format: Format::F32,
+            packing: Packing::Targets(8),
+            storage: Storage::Blend,
+            end_map: EndMap::MaxBlend,
+            write_bias: 0.0,
+            soft_start: false,
+        }))
+    }
+}
+
+/// Dense and strong to the left, sparse and faint to the right, with an empty seam between.
+fn mixed(side: u32, seed: u64) -> Fragments {
+    fragments(side, side, seed, |random, x, _, out| {
+        if x < side / 2 - 2 {
+            poisson(random, (0.1, 0.9), 60.0, 0.4, out);
+        } else if x > side / 2 + 2 {
+            poisson(random, (0.2, 0.8), 12.0, 0.05, out);
+        }
+    })
+}
+
+fn finish(search: &mut Search, fragments: &Fragments) -> u32 {
+    let mut scored = 0;
+    for _ in 0..100 {
+        let report = search.frame(fragments).unwrap();
+        scored += u32::from(report.trial.is_some());
+        if report.adopted {
+            break;
+        }
+    }
+    scored
+}
+
+fn rmse(maps: &Maps, fragments: &Fragments) -> f64 {
+    oracle::rmse(maps, fragments, &Exact::of(fragments)).unwrap()
+}
+
+fn rmse_at(lambda: f32, layers: u32, fragments: &Fragments) -> f64 {
+    let settings = with_lambda(&bounding(layers), lambda).unwrap();
+    let mut maps = Maps::new(fragments.width, fragments.height, &settings).unwrap();
+    maps.build(fragments).unwrap();
+    rmse(&maps, fragments)
+}
+
+fn searched(criterion: Criterion, layers: u32, tile: u32, fragments: &Fragments) -> Search {
+    let plan = Plan { tile, ..Plan::plain(bounding(layers), criterion) };
+    let mut search = Search::new(fragments.width, fragments.height, plan).unwrap();
+    assert_eq!(finish(&mut search, fragments), 11);
+    search
+}
+
+#[test]
+fn a_search_finds_what_maps_by_definition_say() {
+    let fragments = volume(48, 11, 25.0, 0.15);
+    for criterion in [
+        Criterion::Sad,
+        Criterion::Correlation,
+        Criterion::MutualInformation,
+        Criterion::EqualOpacity,
+    ] {
+        for layers in [4, 9] {
+            let mut scorer = Scorer::new(Scoring::plain(criterion));
+            let scores: Vec<f64> = (0..=10)
+                .map(|step| {
+                    let sums = sums(&fragments, f64::from(step) / 10.0, layers);
+                    let maps = Layers::new((48, 48), layers, layers, 0, &sums).unwrap();
+                    scorer.score(&maps).unwrap()
+                })
+                .collect();
+            let best = (0..11)
+                .reduce(|a, b| if is_better(criterion, scores[b], scores[a]) { b } else { a });
+            let mut search =
+                Search::new(48, 48, Plan::plain(bounding(layers as u32), criterion)).unwrap();
+            for (step, expected) in scores.iter().enumerate() {
+                assert!(search.is_searching());
+                let report = search.frame(&fragments).unwrap();
+                let (lambda, score) = report.trial.unwrap();
+                assert_eq!((lambda, report.map_sets), (step as f32 / 10.0, 2));
+                // A fragment at a boundary may fall to either side in 32 bits.
+                let off = (score - expected).abs() / expected.abs();
+                assert!(off < 2e-3, "{criterion:?} K {layers} λ {lambda}: {score} {expected}");
+                assert_eq!(report.adopted, step == 10);
+            }
+            assert_eq!(search.lambda(), best.unwrap() as f32 / 10.0, "{criterion:?} K {layers}");
+            // Nothing more is tried, and what is drawn is drawn with the adopted λ.
+            let report = search.frame(&fragments).unwrap();
+            assert_eq!((report.trial, report.map_sets), (None, 1));
+            let there = rmse_at(search.lambda(), layers as u32, &fragments);
+            assert_eq!(rmse(search.maps(), &fragments), there);
+            // P12: found again.
+            let first = search.lambda();
+            search.needs_recompute();
+            assert_eq!(finish(&mut search, &fragments), 11);
+            assert_eq!(search.lambda(), first);
+        }
+    }
+}
+
+#[test]
+fn no_criterion_errs_less_than_the_oracle() {
+    for (seed, density, omega) in [(1, 8.0, 0.1), (2, 40.0, 0.1), (3, 40.0, 0.6)] {
+        let fragments = volume(40, seed, density, omega);
+        for layers in [4, 16] {
+            let error = |criterion| {
+                rmse_at(searched(criterion, layers, 0, &fragments).lambda(), layers, &fragments)
+            };
+            let oracle = error(Criterion::Oracle);
+            for step in 0..=10 {
+                assert!(oracle <= rmse_at(step as f32 / 10.0, layers, &fragments));
+            }
+            for criterion in [Criterion::Sad, Criterion::Correlation, Criterion::EqualOpacity] {
+                assert!(oracle <= error(criterion), "{criterion:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn tiles_beat_one_split_for_all_where_dense_and_sparse_stand_side_by_side() {
+    let fragments = mixed(64, 12);
+    for layers in [4, 8, 16] {
+        let error = |criterion, tile| {
+            rmse(searched(criterion, layers, tile, &fragments).maps(), &fragments)
+        };
+        let global = error(Criterion::Oracle, 0);
+        for tile in [1, 8, 16] {
+            let tiled = error(Criterion::Oracle, tile);
+            assert!(tiled < global, "K {layers} tile {tile}: {tiled} {global}");
+        }
+        assert!(error(Criterion::Oracle, 1) < error(Criterion::Oracle, 16));
+        for criterion in [Criterion::EqualOpacity, Criterion::Correlation] {
+            let (one, tiled) = (error(criterion, 0), error(criterion, 8));
+            println!("K {layers} {criterion:?}: one {one:.5} tiles {tiled:.5} oracle {global:.5}");
+        }
+    }
+}
+
+#[test]
+fn receivers_must_read_with_the_split_that_maps_were_written_with() {
+    let fragments = mixed(64, 13);
+    let search = searched(Criterion::Oracle, 8, 8, &fragments);
+    let right = rmse(search.maps(), &fragments);
+    // The same words, read with the split of the whole map.
+    let settings = with_lambda(&bounding(8), search.lambda()).unwrap();
+    let reader = Maps::new(64, 64, &settings).unwrap();
+    let exact = Exact::of(&fragments);
+    let (mut sum, mut n) = (0.0, 0.0);
+    for texel in 0..fragments.texels() {
+        for f in fragments.texel(texel) {
+            let read = reader.code().decode(texel, search.maps().texel(texel), f.depth);
+            sum += (f64::from(read) - exact.transmittance(texel, f.depth)).powi(2);
+            n += 1.0;
+        }
+    }
+    assert!((sum / n).sqrt() > 1.5 * right, "{} {right}", (sum / n).sqrt());
+}
+
+#[test]
+fn a_search_that_repeats_forgets_what_was_best_before() {
+    let (first, second) = (volume(32, 14, 60.0, 0.5), volume(32, 15, 5.0, 0.05));
+    for tile in [0, 8] {
+        let plan = Plan { tile, repeat: true, ..Plan::plain(bounding(8), Criterion::EqualOpacity) };
+        let mut search = Search::new(32, 32, plan.clone()).unwrap();
+        assert_eq!(finish(&mut search, &first), 11);
+        let before = search.texture().lambdas();
+        assert_eq!(finish(&mut search, &second), 11);
+        let mut fresh = Search::new(32, 32, plan).unwrap();
+        finish(&mut fresh, &second);
+        assert_eq!(search.texture().lambdas(), fresh.texture().lambdas(), "tile {tile}");
+        assert_ne!(search.texture().lambdas(), before);
+        assert!(search.is_searching(), "the next cycle has begun");
+    }
+    // A restart in the middle forgets the half that was tried.
+    let mut search =
+        Search::new(32, 32, Plan::plain(bounding(8), Criterion::EqualOpacity)).unwrap();
+    (0..6).for_each(|_| {
+        search.frame(&first).unwrap();
+    });
+    search.needs_recompute();
+    assert_eq!(finish(&mut search, &second), 11);
+    assert_eq!(search.lambda(), searched(Criterion::EqualOpacity, 8, 0, &second).lambda());
+}
+
+#[test]
+fn maps_on_trial_are_drawn_or_a_second_set_is_built() {
+    let fragments = volume(24, 16, 30.0, 0.2);
+    let plan = |shown| Plan { shown, ..Plan::plain(bounding(6), Criterion::EqualOpacity) };
+    let mut trial = Search::new(24, 24, plan(Shown::Trial)).unwrap();
+    let mut adopted = Search::new(24, 24, plan(Shown::Adopted)).unwrap();
+    for frame in 0..14 {
+        let (a, b) = (trial.frame(&fragments).unwrap(), adopted.frame(&fragments).unwrap());
+        assert_eq!(a.trial, b.trial);
+        assert_eq!((a.map_sets, b.map_sets), (1, if frame < 11 { 2 } else { 1 }));
+        let lambda = if frame < 11 { frame as f32 / 10.0 } else { trial.lambda() };
+        assert_eq!(rmse(trial.maps(), &fragments), rmse_at(lambda, 6, &fragments));
+        let lambda = if frame < 10 { 0.0 } else { adopted.lambda() };
+        assert_eq!(rmse(adopted.maps(), &fragments), rmse_at(lambda, 6, &fragments));
+    }
+    assert_eq!(trial.maps().words(), adopted.maps().words());
+    let receiver = Receiver::at(0.5, 0.5, 0.7);
+    assert_eq!(trial.maps().transmittance(&receiver), adopted.maps().transmittance(&receiver));
+}
+
+#[test]
+fn packing_does_not_change_what_is_found() {
+    let fragments = volume(24, 17, 30.0, 0.2);
+    let of = |packing| {
+        let mut settings = bounding(9);
+        if let Code::Layered(layered) = &mut settings.code {
+            layered.packing = packing;
+        }
+        let mut search =
+            Search::new(24, 24, Plan::plain(settings, Criterion::Correlation)).unwrap();
+        finish(&mut search, &fragments);
+        (search.lambda(), rmse(search.maps(), &fragments))
+    };
+    let expected = of(Packing::Targets(8));
+    for packing in [Packing::Slabs, Packing::Targets(2), Packing::Single, Packing::Sorted] {
+        let (lambda, error) = of(packing);
+        assert_eq!(lambda, expected.0, "{packing:?}");
+        assert!((error - expected.1).abs() < 1e-6, "{packing:?}");
+    }
+}
+
+#[test]
+fn a_map_of_nothing_is_searched_too_and_keeps_the_even_split() {
+    let empty = fragments(16, 16, 0, |_, _, _, _| {});
+    for criterion in [
+        Criterion::Sad,
+        Criterion::Correlation,
+        Criterion::MutualInformation,
+        Criterion::EqualOpacity,
+        Criterion::Oracle,
+    ] {
+        let search = searched(criterion, 5, 0, &empty);
+        assert_eq!(search.lambda(), 0.0, "{criterion:?}");
+        assert_eq!(search.maps().transmittance(&Receiver::at(0.5, 0.5, 0.9)), 1.0);
+    }
+    let tiled = searched(Criterion::Correlation, 5, 8, &empty);
+    assert!(tiled.texture().lambdas().iter().all(|&l| l == 0.0));
+}
+
+#[test]
+fn every_texel_lies_in_one_tile() {
+    for (width, height, tile, tiles) in
+        [(16, 16, 8, 4), (17, 9, 8, 6), (5, 3, 1, 15), (5, 3, 0, 1), (5, 3, 64, 1)]
+    {
+        let texture = SplitTexture::new(width, height, tile, Steps::THESIS).unwrap();
+        assert_eq!(texture.len(), tiles);
+        let mut seen = vec![0; (width * height) as usize];
+        for tile in 0..tiles {
+            texture.region(tile).texels(width as usize).for_each(|texel| seen[texel] += 1);
+        }
+        assert!(seen.iter().all(|&n| n == 1), "{width} x {height}, {tile}");
+    }
+}
+
+#[test]
+fn plans_that_cannot_work_are_refused_by_name() {
+    let good = Plan::plain(bounding(4), Criterion::Correlation);
+    let refused = |change: &dyn Fn(&mut Plan), named: &str| {
+        let mut plan = good.clone();
+        change(&mut plan);
+        let error = Search::new(8, 8, plan).err().unwrap().to_string();
+        assert!(error.contains(named), "{error}");
+    };
+    refused(&|p| p.settings = Settings::plain(Code::Binary), "layered");
+    refused(&|p| p.tile = 1, "tile");
+    refused(
+        &|p| {
+            p.tile = 8;
+            p.scoring.criterion = Criterion::MutualInformation;
+        },
+        "tile",
+    );
+    refused(
+        &|p| {
+            p.repeat = true;
+            p.shown = Shown::Trial;
+        },
+        "shown",
+    );
+    refused(&|p| p.settings.bias = f32::NAN, "bias");
+    let deep = |p: &mut Plan| {
+        if let Code::Layered(layered) = &mut p.settings.code {
+            layered.layout = Layout::Deep { span: 0.5, growth: 1.0, listing: false };
+        }
+    };
+    refused(&deep, "split");
+    assert!(Search::new(0, 8, good.clone()).is_err());
+    // Fragments of another size end no search: it starts again.
+    let mut search = Search::new(8, 8, good).unwrap();
+    let (small, right) = (volume(4, 1, 9.0, 0.1), volume(8, 1, 9.0, 0.1));
+    search.frame(&right).unwrap();
+    assert!(search.frame(&small).is_err());
+    assert_eq!(finish(&mut search, &right), 11);
+    let texture = Arc::new(SplitTexture::new(8, 8, 1, Steps::THESIS).unwrap());
+    assert!(SplitCode::new(&Settings::plain(Code::Unshadowed), texture).is_err());
+}
+
+#[test]
+fn the_oracle_measures_what_layers_by_definition_lose() {
+    let fragments = volume(16, 18, 20.0, 0.3);
+    let (layers, lambda) = (6, 0.7);
+    let all = sums(&fragments, lambda, layers);
+    let (mut sum, mut n) = (0.0, 0.0);
+    for texel in 0..fragments.texels() {
+        let mut sorted = fragments.texel(texel).to_vec();
+        sorted.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+        let Some((first, last)) = sorted.first().zip(sorted.last()) else { continue };
+        let (near, span) = (first.depth, f64::from(last.depth - first.depth));
+        let mut before = 0.0;
+        for f in &sorted {
+            let c = split(lambda, f64::from(f.depth - near) / span.max(1e-6)) * layers as f64;
+            let k = (c as usize).min(layers - 1);
+            let at = |k: usize| f64::from(all[texel * layers + k]);
+            let below = if k == 0 { 0.0 } else { at(k - 1) };
+            let omega = below + (at(k) - below) * (c - k as f64);
+            sum += ((-omega).exp() - f64::exp(-before)).powi(2);
+            n += 1.0;
+            before += f64::from(f.omega);
+        }
+    }
+    let (expected, actual) = ((sum / n).sqrt(), rmse_at(0.7, 6, &fragments));
+    assert!((actual - expected).abs() < 1e-4, "{actual} {expected}");
+    assert!(expected > 0.01);
+}
