@@ -70,6 +70,18 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Validation`] for a format that cannot be copied, and as [`Gpu::read`].
     pub fn read_texture(&self, texture: &wgpu::Texture) -> Result<Vec<u8>, GpuError> {
+        self.read_texture_layer(texture, 0)
+    }
+
+    /// The same of one layer of an array.
+    ///
+    /// # Errors
+    /// As [`Gpu::read_texture`]; [`GpuError::Validation`] for a layer that is not there.
+    pub fn read_texture_layer(
+        &self,
+        texture: &wgpu::Texture,
+        layer: u32,
+    ) -> Result<Vec<u8>, GpuError> {
         let aspect = wgpu::TextureAspect::All;
         let texel =
             texture.format().block_copy_size(Some(aspect)).ok_or_else(|| GpuError::Validation {
@@ -85,7 +97,10 @@ impl Gpu {
         let submission = self.scoped("texture read-back", || {
             let mut encoder = self.device.create_command_encoder(&Default::default());
             encoder.copy_texture_to_buffer(
-                texture.as_image_copy(),
+                wgpu::TexelCopyTextureInfo {
+                    origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
+                    ..texture.as_image_copy()
+                },
                 wgpu::TexelCopyBufferInfo {
                     buffer: &staging,
                     layout: wgpu::TexelCopyBufferLayout {

@@ -1,0 +1,242 @@
+//! The graphics form: fragments are rasterised into maps, receivers are shaded from them, frame
+//! after frame, without reading anything back.
+//!
+//! Passes of a frame: "opaque" (the nearest opaque depths), what the technique needs ("bounds",
+//! "opacity", ...), and "shade". Everything is made in [`Renderer::new`]; the port is checked on
+//! the [`fragments`] that this very device rasterises.
+
+mod bounds;
+mod error;
+mod fragments;
+mod layered;
+mod layers;
+mod raster;
+mod shade;
+
+pub use error::OpacityGpuError;
+pub use fragments::fragments;
+
+use crate::{Code, Model, Opaque, Receiver, Settings, Taps};
+use dapple_gpu::light_space::LightSpaceMesh;
+use dapple_gpu::{Frame, Gpu};
+use layered::LayeredMaps;
+use raster::Raster;
+use shade::{Decoder, Shade};
+
+/// Work and room of a frame, from how things are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Passes over the translucent geometry.
+    pub geometry_passes: u64,
+    /// Bytes of the technique's maps as shading reads them, the opaque map included where it is
+    /// compared.
+    pub map_bytes: u64,
+    /// Bytes that the opacity passes write for a fragment of the first layer.
+    pub bytes_per_fragment: u64,
+    /// Receivers.
+    pub receivers: u64,
+    /// Texels that the receivers in the map ask for if all lie between the bounds.
+    pub texture_fetches: u64,
+}
+
+/// A deliberate fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The opacity pass tests and writes depths: what lies behind a surface drawn before is lost.
+    DepthTested,
+}
+
+/// What a technique adds to the opaque map and to shading.
+#[derive(Debug)]
+enum Technique {
+    /// Nothing.
+    Lit,
+    /// Layers of opacity.
+    Layered(Box<LayeredMaps>),
+}
+
+/// One technique over one mesh, one map size and one set of receivers.
+#[derive(Debug)]
+pub struct Renderer {
+    raster: Raster,
+    technique: Technique,
+    shade: Shade,
+    counters: Counters,
+}
+
+impl Renderer {
+    /// Uploads mesh and receivers and makes everything a frame of maps of `size` (width, height)
+    /// needs.
+    ///
+    /// # Errors
+    /// Settings out of range, an empty map, an unsound mesh; [`OpacityGpuError::NoForm`]; a limit
+    /// or feature of the device, by name.
+    pub fn new(
+        gpu: &Gpu,
+        mesh: &LightSpaceMesh,
+        model: Model,
+        receivers: &[Receiver],
+        size: [u32; 2],
+        settings: &Settings,
+    ) -> Result<Self, OpacityGpuError> {
+        Self::build(gpu, mesh, model, receivers, size, settings, None)
+    }
+
+    /// The same with a deliberate fault, for what must find it.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn with_fault(
+        gpu: &Gpu,
+        mesh: &LightSpaceMesh,
+        model: Model,
+        receivers: &[Receiver],
+        size: [u32; 2],
+        settings: &Settings,
+        fault: Fault,
+    ) -> Result<Self, OpacityGpuError> {
+        Self::build(gpu, mesh, model, receivers, size, settings, Some(fault))
+    }
+
+    fn build(
+        gpu: &Gpu,
+        mesh: &LightSpaceMesh,
+        model: Model,
+        receivers: &[Receiver],
+        size: [u32; 2],
+        settings: &Settings,
+        fault: Option<Fault>,
+    ) -> Result<Self, OpacityGpuError> {
+        settings.check()?;
+        let raster = Raster::new(gpu, mesh, model, size, settings.opaque)?;
+        let depth_tested = fault == Some(Fault::DepthTested);
+        let technique = match &settings.code {
+            Code::Unshadowed => Technique::Lit,
+            Code::Layered(layered) => Technique::Layered(Box::new(LayeredMaps::new(
+                gpu,
+                &raster,
+                layered,
+                settings,
+                depth_tested,
+            )?)),
+            other => {
+                let name = format!("{other:?}");
+                let name = name.split(['(', ' ']).next().unwrap_or_default();
+                let why = "not yet written";
+                return Err(OpacityGpuError::NoForm { what: name.into(), why });
+            }
+        };
+        let shading = |decoder: &Decoder<'_>| {
+            Shade::new(gpu, receivers, settings, size, raster.opaque_view(), decoder)
+        };
+        let shade = match &technique {
+            Technique::Lit => shading(&Decoder {
+                path: "opacity-maps/shade_lit.wgsl",
+                constants: &[],
+                resources: &[],
+            })?,
+            Technique::Layered(maps) => maps.with_decoder(shading)?,
+        };
+        gpu.check()?;
+        let counters = counters(&raster, &technique, receivers, settings);
+        Ok(Self { raster, technique, shade, counters })
+    }
+
+    /// Records a frame's passes.
+    pub fn record(&self, frame: &mut Frame<'_>) {
+        self.raster.record_opaque(frame);
+        match &self.technique {
+            Technique::Lit => {}
+            Technique::Layered(maps) => maps.record(frame, &self.raster),
+        }
+        self.shade.record(frame);
+    }
+
+    /// Transmittances of the last frame, one a receiver.
+    ///
+    /// # Errors
+    /// A lost device, or one that does not finish.
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<f32>, OpacityGpuError> {
+        Ok(self.shade.read(gpu)?)
+    }
+
+    /// First and last depth of each texel of the last frame, (1, 0) without any; empty where the
+    /// technique keeps none. The last is 0 where only the first is kept.
+    ///
+    /// # Errors
+    /// As [`Renderer::read`].
+    pub fn read_bounds(&self, gpu: &Gpu) -> Result<Vec<[f32; 2]>, OpacityGpuError> {
+        match &self.technique {
+            Technique::Layered(maps) => match maps.bounds() {
+                Some(bounds) => Ok(bounds.read(gpu)?),
+                None => Ok(Vec::new()),
+            },
+            Technique::Lit => Ok(Vec::new()),
+        }
+    }
+
+    /// Stored numbers of the last frame, one map after the other, each row-major.
+    ///
+    /// # Errors
+    /// As [`Renderer::read`].
+    pub fn read_maps(&self, gpu: &Gpu) -> Result<Vec<Vec<f32>>, OpacityGpuError> {
+        match &self.technique {
+            Technique::Layered(maps) => Ok(maps.read(gpu)?),
+            Technique::Lit => Ok(Vec::new()),
+        }
+    }
+
+    /// Work and room of a frame.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Bytes on the device: maps and what their making needs, mesh, receivers and results.
+    #[must_use]
+    pub fn memory_bytes(&self) -> u64 {
+        let technique = match &self.technique {
+            Technique::Lit => 0,
+            Technique::Layered(maps) => maps.memory_bytes(),
+        };
+        technique + self.raster.bytes() + self.shade.bytes()
+    }
+}
+
+fn counters(
+    raster: &Raster,
+    technique: &Technique,
+    receivers: &[Receiver],
+    settings: &Settings,
+) -> Counters {
+    let taps = match settings.taps {
+        Taps::One => 1,
+        Taps::Box3 => 9,
+        Taps::Box4 | Taps::Stochastic16 => 16,
+    };
+    let in_map = receivers.iter().filter(|r| r.in_map()).count() as u64;
+    let opaque = if settings.opaque == Opaque::Separate { taps } else { 0 };
+    let mut c = Counters {
+        map_bytes: if settings.opaque == Opaque::Separate { raster.opaque_bytes() } else { 0 },
+        receivers: receivers.len() as u64,
+        texture_fetches: in_map * opaque,
+        ..Counters::default()
+    };
+    if let Technique::Layered(maps) = technique {
+        c.geometry_passes = maps.geometry_passes();
+        c.map_bytes += maps.map_bytes();
+        c.bytes_per_fragment = maps.bytes_per_fragment();
+        c.texture_fetches += in_map * maps.fetches(taps, settings.blur);
+    }
+    c
+}
+
+/// Holds a struct against the shader's, field by field.
+#[cfg(test)]
+fn mirror<T>(path: &str, name: &str, fields: &[(&str, u32)]) {
+    let source = dapple_shaders::source(path).unwrap();
+    let layout = dapple_shaders::struct_layout(&source, name).unwrap();
+    let names: Vec<_> = layout.fields.iter().map(|f| (f.0.as_str(), f.1)).collect();
+    assert_eq!(names, fields);
+    assert_eq!(layout.size as usize, size_of::<T>());
+}
