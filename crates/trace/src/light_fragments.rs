@@ -116,7 +116,7 @@ pub fn light_fragments(
     height: u32,
 ) -> Result<LightFragments, TraceError> {
     match raster(tracer, view, [width, height]) {
-        Some(raster) => light_fragments_by_raster(tracer, &raster),
+        Some(raster) => light_fragments_by_raster(tracer, &raster, MAX_LIGHT_FRAGMENTS),
         None => light_fragments_by_rays(tracer, view, width, height),
     }
 }
@@ -131,13 +131,22 @@ pub fn light_fragments_by_rays(
     width: u32,
     height: u32,
 ) -> Result<LightFragments, TraceError> {
+    by_rays(tracer, view, [width, height], MAX_LIGHT_FRAGMENTS)
+}
+
+fn by_rays(
+    tracer: &Tracer,
+    view: &LightView,
+    [width, height]: [u32; 2],
+    limit: usize,
+) -> Result<LightFragments, TraceError> {
     check_size(width, height)?;
     let total = atomic::AtomicUsize::new(0);
     let rows: Vec<Row> = (0..height)
         .into_par_iter()
         .map(|y| {
             // Once there are too many the rest need not be found.
-            if total.load(atomic::Ordering::Relaxed) > MAX_LIGHT_FRAGMENTS {
+            if total.load(atomic::Ordering::Relaxed) > limit {
                 return Row::default();
             }
             let row = row_by_rays(tracer, view, [width, height], y);
@@ -145,7 +154,7 @@ pub fn light_fragments_by_rays(
             row
         })
         .collect();
-    check_count(total.into_inner())?;
+    check_count(total.into_inner(), limit)?;
     let mut map = LightFragments { width, height, starts: vec![0], ..LightFragments::default() };
     let mut end = 0;
     for row in rows {
@@ -187,7 +196,39 @@ pub(crate) fn check_size(width: u32, height: u32) -> Result<(), TraceError> {
     if fits { Ok(()) } else { Err(TraceError::MapSize { width, height, limit }) }
 }
 
-pub(crate) fn check_count(count: usize) -> Result<(), TraceError> {
-    let limit = MAX_LIGHT_FRAGMENTS;
+pub(crate) fn check_count(count: usize, limit: usize) -> Result<(), TraceError> {
     if count <= limit { Ok(()) } else { Err(TraceError::Fragments { limit }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dapple_scene::{Instance, Material, Mesh, Scene};
+    use glam::{DAffine3, DVec3, Vec3};
+
+    #[test]
+    fn a_map_with_too_many_fragments_is_refused_by_either_way() {
+        let positions = vec![Vec3::ZERO, Vec3::X * 4.0, Vec3::Z * 4.0];
+        let mesh = Mesh { positions, triangles: vec![[0, 1, 2]; 3], ..Mesh::default() };
+        let instance = Instance { mesh: 0, transform: DAffine3::IDENTITY };
+        let scene = Scene {
+            meshes: vec![mesh],
+            materials: vec![Material::default()],
+            instances: vec![instance],
+            ..Scene::default()
+        };
+        let tracer = Tracer::build(&scene).unwrap();
+        let view = LightView::fit_directional(DVec3::NEG_Y, &scene.bounds()).unwrap();
+        let size = [40, 100];
+        let raster = raster(&tracer, &view, size).unwrap();
+        let count = light_fragments(&tracer, &view, size[0], size[1]).unwrap().depth.len();
+        assert!(count > 3000, "{count}");
+        for limit in [count - 1, 100, 0] {
+            let refused = Err(TraceError::Fragments { limit });
+            assert_eq!(light_fragments_by_raster(&tracer, &raster, limit), refused);
+            assert_eq!(by_rays(&tracer, &view, size, limit), refused);
+        }
+        assert!(light_fragments_by_raster(&tracer, &raster, count).is_ok());
+        assert!(by_rays(&tracer, &view, size, count).is_ok());
+    }
 }

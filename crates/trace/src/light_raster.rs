@@ -6,7 +6,7 @@
 //! where an edge runs through a texel's centre, they may choose different sides of it.
 
 use crate::error::TraceError;
-use crate::light_fragments::{LightFragments, MAX_LIGHT_FRAGMENTS, check_count, check_size, parts};
+use crate::light_fragments::{LightFragments, check_count, check_size, parts};
 use crate::tracer::{Leaf, Tracer, UNTRACED};
 use crate::watertight::{Corners, Crossing, weigh};
 use dapple_scene::LightView;
@@ -150,10 +150,12 @@ fn fill(
     }
 }
 
-/// [`crate::light_fragments`] of a view that [`raster`] can draw: counted first, then filled in.
+/// [`crate::light_fragments`] of a view that [`raster`] can draw, `limit` fragments at most: counted
+/// first, then filled in.
 pub(crate) fn light_fragments_by_raster(
     tracer: &Tracer,
     raster: &Raster,
+    limit: usize,
 ) -> Result<LightFragments, TraceError> {
     let [width, height] = raster.size;
     check_size(width, height)?;
@@ -186,12 +188,12 @@ pub(crate) fn light_fragments_by_raster(
         fill(tracer, raster, &rows, band(i), |texel, _, _| {
             counts[texel] += 1;
             found += 1;
-            found <= MAX_LIGHT_FRAGMENTS
+            found <= limit
         });
         total.fetch_add(found - before, Ordering::Relaxed);
     });
     let total = total.into_inner();
-    check_count(total)?;
+    check_count(total, limit)?;
     let mut end = 0;
     for start in &mut map.starts {
         end += *start;

@@ -68,6 +68,12 @@ fn check(tracer: &Tracer, ray: &Ray) -> usize {
     tracer.all(ray, &mut all);
     tracer.all_brute_force(ray, &mut expected);
     assert_eq!(all, expected, "{ray:?}");
+    // Once: all that are not on an edge, in the same order, and nothing else.
+    let mut once = Vec::new();
+    tracer.all_once(ray, &mut once);
+    let on_edge = |hit: &Hit| hit.u == 0.0 || hit.v == 0.0 || hit.u + hit.v >= 1.0 - 1e-12;
+    expected.retain(|hit| !on_edge(hit) || once.contains(hit));
+    assert_eq!(once, expected, "{ray:?}");
     assert!(all.windows(2).all(|w| w[0].t <= w[1].t));
     let closest = tracer.closest(ray);
     assert_eq!(closest, tracer.closest_brute_force(ray), "{ray:?}");

@@ -98,6 +98,13 @@ fn empty_maps_and_scenes_have_no_fragments_and_huge_maps_are_refused() {
     }
     let tracer = Tracer::build(&scene).unwrap();
     for fragments in [light_fragments, light_fragments_by_rays] {
+        // Views that are none see nothing, or a line.
+        for half_extent in [f64::NAN, f64::INFINITY, 0.0, 1e-320, 1e300] {
+            let strange = LightView { half_extent, ..view };
+            assert!(fragments(&tracer, &strange, 4, 4).unwrap().depth.len() <= 16);
+        }
+        let flat = LightView { far_m: view.near_m, ..view };
+        assert!(fragments(&tracer, &flat, 4, 4).unwrap().depth.is_empty());
         let error = fragments(&tracer, &view, 1, MAX_MAP_SIDE + 1).unwrap_err();
         assert!(matches!(error, TraceError::MapSize { height, .. } if height > MAX_MAP_SIDE));
     }

@@ -3,6 +3,7 @@
 
 mod brute_force;
 mod camera_layers;
+mod clouds;
 mod filtered;
 mod input;
 mod light;
