@@ -34,8 +34,8 @@ struct CascadeParams {
     pad: u32,
     bias: f32,
     slope_bias: f32,
+    max_slope: f32,
     pad0: f32,
-    pad1: f32,
 }
 
 // Along one axis: 1, 3 or 4.
@@ -50,7 +50,6 @@ override PLANE_BIAS: bool = false;
 
 const VALID = 1u;
 const INFINITY_BITS = 0x7f800000u;
-const MAX_SLOPE = 1e6;
 
 // By its bits: shading languages may assume that there are no NaN.
 fn finite(x: f32) -> bool {
@@ -58,7 +57,7 @@ fn finite(x: f32) -> bool {
 }
 
 fn slope(x: f32) -> f32 {
-    return select(0.0, clamp(x, -MAX_SLOPE, MAX_SLOPE), finite(x));
+    return select(0.0, clamp(x, -params.max_slope, params.max_slope), finite(x));
 }
 
 // A boundary belongs to the nearer cascade; what lies beyond all is in the last.

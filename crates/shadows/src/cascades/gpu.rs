@@ -9,7 +9,7 @@ use dapple_gpu::light_space::LightSpaceMesh;
 use dapple_gpu::{Frame, Gpu, GpuError, Targets, wgpu};
 use thiserror::Error;
 
-use super::lookup::Region;
+use super::lookup::{MAX_SLOPE, Region};
 use super::{
     Cascade, CascadeError, CascadeReceiver, Counters, MAX_CASCADES, Settings, check_settings,
 };
@@ -44,8 +44,8 @@ struct CascadeParams {
     pad: u32,
     bias: f32,
     slope_bias: f32,
+    max_slope: f32,
     pad0: f32,
-    pad1: f32,
 }
 
 /// Mirrors `Region` of `shadows/cascade.wgsl`.
@@ -138,8 +138,8 @@ impl Shadows {
             pad: 0,
             bias: settings.bias,
             slope_bias: settings.slope_bias,
+            max_slope: MAX_SLOPE,
             pad0: 0.0,
-            pad1: 0.0,
         };
         let constants = [
             ("TAPS", f64::from(settings.taps.side())),
@@ -278,7 +278,8 @@ mod tests {
                 names.iter().enumerate().map(|(i, n)| ((*n).to_string(), 4 * i as u32)).collect();
             assert_eq!(fields, want, "{name}");
         };
-        let params = ["side", "receivers", "cascades", "pad", "bias", "slope_bias", "pad0", "pad1"];
+        let params =
+            ["side", "receivers", "cascades", "pad", "bias", "slope_bias", "max_slope", "pad0"];
         check("CascadeParams", &params, size_of::<CascadeParams>());
         let region =
             ["offset_u", "offset_v", "texels_per_unit", "texel", "far", "pad0", "pad1", "pad2"];
