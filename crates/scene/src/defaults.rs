@@ -34,7 +34,7 @@ impl Scene {
 
     /// World bounds of everything but the ground, added or the file's own: a wide ground of few
     /// triangles would push the camera away from what stands on it.
-    fn subject_bounds(&self) -> Aabb {
+    pub fn subject_bounds(&self) -> Aabb {
         let level = if self.has_ground() { self.ground_level() } else { f64::NEG_INFINITY };
         let subject = self.world_triangles().filter(|(_, t)| t.iter().any(|p| p.y > level));
         let bounds = subject.fold(Aabb::EMPTY, |b, (_, t)| t.into_iter().fold(b, Aabb::grow));
@@ -88,7 +88,8 @@ pub fn add_ground(scene: &mut Scene) {
     scene.instances.push(Instance { mesh: scene.meshes.len() as u32 - 1, transform });
 }
 
-fn default_views(bounds: &Aabb) -> [Camera; 2] {
+/// The views of [`Scene::add_defaults`]: three-quarter and grazing.
+pub(crate) fn default_views(bounds: &Aabb) -> [Camera; 2] {
     let (centre, radius) = (bounds.centre(), bounds.radius());
     let fov_y_rad = 45.0_f64.to_radians();
     // The sphere around the bounds; its corners leave room for the shadow beside the subject.

@@ -4,10 +4,14 @@ use crate::{SuiteError, problem::Problem};
 
 pub mod partition_offsets;
 pub mod shadow_filtering;
+pub mod translucent_shadow;
 
 /// Every problem.
-pub const ALL: &[&dyn Problem] =
-    &[&shadow_filtering::ShadowFiltering, &partition_offsets::PartitionOffsets];
+pub const ALL: &[&dyn Problem] = &[
+    &shadow_filtering::ShadowFiltering,
+    &partition_offsets::PartitionOffsets,
+    &translucent_shadow::TranslucentShadow,
+];
 
 /// The problem of that name.
 ///

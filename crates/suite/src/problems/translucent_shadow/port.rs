@@ -1,0 +1,196 @@
+//! What all forms check before they are timed, and how a map's own error is told apart.
+
+use super::{case::TranslucentCase, errors};
+use crate::{SuiteError, problem::Checked};
+use dapple_opacity_maps::{
+    Fragments, Model, Receiver, Settings, Taps,
+    exact::Exact,
+    taps::{self, MOST, Tap},
+};
+use rayon::prelude::*;
+
+/// Steps along a light ray in which banding is looked for.
+const STEPS: usize = 128;
+
+/// Rays that banding is looked for on.
+const RAYS: usize = 2048;
+
+/// What a setting's map is made of and judged by.
+pub struct Grid<'a> {
+    /// Fragments by the setting's model.
+    pub fragments: &'a Fragments,
+    /// The same, sorted.
+    pub own: &'a Exact,
+    /// Sorted fragments by the truth's law.
+    pub law: &'a Exact,
+    /// Receivers in the map's coordinates.
+    pub receivers: &'a [Receiver],
+}
+
+/// Every transmittance must be a share.
+pub fn check_range(result: &[f32], checked: &mut Checked) {
+    let outside = result.iter().filter(|v| !(0.0..=1.0).contains(*v)).count();
+    if outside > 0 {
+        checked.violations.push(format!("{outside} transmittances are not within 0..=1"));
+    }
+}
+
+/// All errors of a result: against truth, against the deep shadow map of the same texels, and the
+/// latter's own.
+///
+/// # Errors
+/// A value that is not finite.
+pub fn measure(
+    case: &TranslucentCase<'_>,
+    grid: &Grid<'_>,
+    settings: &Settings,
+    result: &[f32],
+    checked: &mut Checked,
+) -> Result<(), SuiteError> {
+    check_range(result, checked);
+    checked.errors = errors::against_truth(case, result)?;
+    let own = deep(grid, grid.own, settings);
+    let law = deep(grid, grid.law, settings);
+    let plain = Settings { taps: Taps::One, ..settings.clone() };
+    let one_tap = deep(grid, grid.law, &plain);
+    for (name, a, b) in [
+        ("layering_rmse", result, own.as_slice()),
+        ("model_rmse", own.as_slice(), law.as_slice()),
+        ("map_rmse", one_tap.as_slice(), case.truth()),
+    ] {
+        checked.errors.insert(name.into(), dapple_metrics::rmse(a, b, Some(case.mask()))?);
+    }
+    Ok(())
+}
+
+/// What the uncompressed deep shadow map says at every receiver, with the setting's taps, bias and
+/// opaque map (a weight counts as opaque).
+pub fn deep(grid: &Grid<'_>, exact: &Exact, settings: &Settings) -> Vec<f32> {
+    let fragments = grid.fragments;
+    let one = |receiver: &Receiver| {
+        if !receiver.in_map() {
+            return 1.0;
+        }
+        let mut found = [Tap { texel: 0, du: 0.0, dv: 0.0 }; MOST];
+        let (width, height) = (fragments.width, fragments.height);
+        let n = taps::taps(settings.taps, receiver, width, height, &mut found);
+        let depth = receiver.depth - settings.bias;
+        let sum: f64 = found[..n]
+            .iter()
+            .map(|tap| {
+                let plane = receiver.plane_depth(tap.du, tap.dv) - settings.bias;
+                let lit = plane <= fragments.opaque[tap.texel];
+                if lit { exact.transmittance(tap.texel, depth) } else { 0.0 }
+            })
+            .sum();
+        (sum / n as f64) as f32
+    };
+    grid.receivers.par_iter().map(one).collect()
+}
+
+/// Root mean squared step of the layering error along light rays: `transmittance(texel, depth)`
+/// against the deep shadow map, in [`STEPS`] steps over each ray's extent, on at most [`RAYS`] rays
+/// that meet something.
+pub fn banding(grid: &Grid<'_>, transmittance: impl Fn(usize, f32) -> f32 + Sync) -> Option<f64> {
+    let texels = grid.fragments.texels();
+    let covered: Vec<usize> = (0..texels).filter(|t| grid.own.ends(*t).is_some()).collect();
+    let stride = covered.len().div_ceil(RAYS).max(1);
+    let rays: Vec<usize> = covered.into_iter().step_by(stride).collect();
+    let one = |texel: &usize| {
+        let (near, far) = grid.own.ends(*texel)?;
+        // A little beyond both ends, where light must be whole and darkness complete.
+        let reach = 0.05 * (far - near).max(1e-4);
+        let at = |i: usize| near - reach + (far - near + 2.0 * reach) * i as f32 / STEPS as f32;
+        let error = |i: usize| {
+            let depth = at(i);
+            f64::from(transmittance(*texel, depth)) - grid.own.transmittance(*texel, depth)
+        };
+        let mut last = error(0);
+        let mut sum = 0.0;
+        for i in 1..=STEPS {
+            let now = error(i);
+            sum += (now - last).powi(2);
+            last = now;
+        }
+        Some(sum / STEPS as f64)
+    };
+    let sums: Vec<f64> = rays.par_iter().filter_map(one).collect();
+    (!sums.is_empty()).then(|| (sums.iter().sum::<f64>() / sums.len() as f64).sqrt())
+}
+
+/// Share of (ray, layer) cells that no fragment falls into, over rays that meet one. `sums` gives a
+/// texel's cumulative layers.
+pub fn idle_layers<'a>(
+    fragments: &Fragments,
+    layers: usize,
+    sums: impl Fn(usize) -> &'a [f32],
+) -> Option<f64> {
+    let (mut idle, mut cells) = (0_u64, 0_u64);
+    for texel in (0..fragments.texels()).filter(|t| !fragments.texel(*t).is_empty()) {
+        let mut before = 0.0;
+        for &sum in &sums(texel)[..layers] {
+            idle += u64::from(sum <= before);
+            before = sum;
+        }
+        cells += layers as u64;
+    }
+    (cells > 0).then(|| idle as f64 / cells as f64)
+}
+
+/// The thickness model that the truth's law is.
+pub fn law_model(law: &str) -> Model {
+    if law == "exponential" { Model::ExpAlpha } else { Model::ExpTau }
+}
+
+/// Hardware-independent work of a frame.
+pub fn counters(
+    grid: &Grid<'_>,
+    settings: &Settings,
+    maps: &dapple_opacity_maps::cpu::Maps,
+) -> std::collections::BTreeMap<String, u64> {
+    let valid = grid.receivers.iter().filter(|r| r.in_map()).count() as u64;
+    let taps = match settings.taps {
+        Taps::One => 1,
+        Taps::Box3 => 9,
+        Taps::Box4 | Taps::Stochastic16 => 16,
+    };
+    [
+        ("fragments", grid.fragments.items.len() as u64),
+        ("geometry_passes", maps.code().geometry_passes()),
+        ("map_bytes", maps.map_bytes()),
+        ("receivers", valid),
+        ("texels_fetched", valid * taps),
+    ]
+    .map(|(name, value)| (name.to_string(), value))
+    .into()
+}
+
+/// Receivers that may differ from the reference by more than rounding: those that lie on a layer's
+/// boundary, a hash's threshold or an arrival order's tie.
+pub const TIES: f64 = 0.01;
+
+/// What rounding may do to a transmittance.
+pub const ROUNDING: f64 = 2e-3;
+
+/// Holds a port against the reference.
+pub fn check_port(settings: &Settings, got: &[f32], expected: &[f64], checked: &mut Checked) {
+    let difference = |(a, b): (&f32, &f64)| {
+        let d = (f64::from(*a) - b).abs();
+        if d.is_nan() { f64::INFINITY } else { d }
+    };
+    let differences: Vec<f64> = got.iter().zip(expected).map(difference).collect();
+    let max = differences.iter().copied().fold(0.0, f64::max);
+    let beyond = differences.iter().filter(|d| **d > ROUNDING).count();
+    let share = beyond as f64 / differences.len().max(1) as f64;
+    checked.port_errors.insert("transmittance_max".into(), max);
+    checked.port_errors.insert("transmittance_beyond".into(), share);
+    let _ = settings;
+    if share > TIES || !max.is_finite() {
+        checked.violations.push(format!(
+            "port: {:.2} % of receivers are more than {ROUNDING} from the reference (allowed: {} \
+             %; largest difference {max:.5})",
+            100.0 * share,
+            100.0 * TIES
+        ));
+    }
+}
