@@ -38,7 +38,7 @@ const VALID = 1u;
 
 struct Tap {
     texel: vec2<u32>,
-    // Map coordinates from the receiver.
+    // Map coordinates from the receiver to the texel's centre, where it was written.
     offset: vec2<f32>,
 }
 
@@ -75,7 +75,9 @@ fn find_taps(receiver: Receiver) {
             let jitter = vec2(f32(state & 0xffffu), f32(state >> 16u));
             offset += jitter / 65536.0 - 0.5;
         }
-        taps[i] = Tap(texel_at(receiver, offset), offset / size);
+        let texel = texel_at(receiver, offset);
+        let centre = (vec2<f32>(texel) + 0.5) / size;
+        taps[i] = Tap(texel, centre - vec2(receiver.u, receiver.v));
     }
 }
 

@@ -2,7 +2,8 @@
 
 use crate::{Receiver, Taps};
 
-/// A texel read, and where its centre of reading lies from the receiver, in map coordinates.
+/// A texel read, and where its centre lies from the receiver, in map coordinates: what the texel
+/// stores was found there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tap {
     /// Index of the texel, row-major.
@@ -28,7 +29,10 @@ pub fn taps(
     let mut n = 0;
     let mut push = |dx: f32, dy: f32| {
         let texel = texel_at(receiver, dx, dy, width, height);
-        out[n] = Tap { texel, du: dx / width as f32, dv: dy / height as f32 };
+        let (row, column) = (texel / width as usize, texel % width as usize);
+        let centre = |place: usize, size: u32| (place as f32 + 0.5) / size as f32;
+        let (du, dv) = (centre(column, width) - receiver.u, centre(row, height) - receiver.v);
+        out[n] = Tap { texel, du, dv };
         n += 1;
     };
     match kind {
@@ -94,6 +98,10 @@ mod tests {
             let mean: f32 = out.iter().map(|t| t.du).sum::<f32>() / 16.0;
             assert!(mean.abs() < 0.5 / 16.0, "{kind:?} {mean}");
         }
+        // Distances are to the texel's centre, wherever in the texel the receiver lies.
+        let aside = Receiver::at(0.51, 0.53, 0.5);
+        taps(Taps::One, &aside, 16, 16, &mut out);
+        assert_eq!((out[0].du, out[0].dv), (8.5 / 16.0 - 0.51, 8.5 / 16.0 - 0.53));
         for (u, v) in [(0.0, 0.0), (1.0, 1.0), (1.0, 0.0)] {
             let n = taps(Taps::Box4, &Receiver::at(u, v, 0.5), 5, 7, &mut out);
             assert!(out[..n].iter().all(|t| t.texel < 35));
