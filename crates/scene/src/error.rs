@@ -20,12 +20,14 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// Not one of the formats read here.
-    #[error("{file}: extension \"{extension}\" is not a scene format; known: glb, gltf, obj, ply")]
+    #[error("{file}: extension \"{extension}\" is not read here; known: {known}")]
     Extension {
         /// Path as given.
         file: String,
         /// Its extension, possibly empty.
         extension: String,
+        /// The extensions that are read.
+        known: &'static str,
     },
     /// The file does not follow its format, or uses a part of it that is not supported.
     #[error("{file}: {element}: {reason}")]

@@ -13,6 +13,7 @@ pub mod import;
 pub mod inspect;
 mod light_view;
 pub mod orbit;
+pub mod strands;
 mod types;
 mod validate;
 mod write;
@@ -23,6 +24,7 @@ pub use error::SceneError;
 pub use eye::{Eye, EyeError};
 pub use light_view::{LightView, LightViewError};
 pub use orbit::{Orbit, OrbitError};
+pub use strands::{Facing, Ribbons, Strands};
 pub use types::{
     Aabb, AlphaTest, Camera, CameraPath, Instance, Light, Material, Mesh, Projection, Scene,
     Texture,

@@ -25,11 +25,12 @@ fn hit(o: DVec3, d: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 1e-4).then_some(t)
 }
 
-/// Shares of an image's pixels that see lit and shadowed surfaces.
+/// Shares of an image's pixels that see lit and shadowed surfaces, translucent ones as if opaque.
 fn lit_and_dark(scene: &Scene, camera: &Camera) -> (f64, f64) {
     let triangles: Vec<_> = scene.world_triangles().map(|t| t.1).collect();
     let Light::Directional { direction } = scene.lights[0] else { panic!("no sun") };
-    let (width, height) = (32, 18);
+    // Every ray meets every triangle: fewer rays where there are many.
+    let (width, height) = if triangles.len() < 1_000_000 { (32, 18) } else { (16, 9) };
     let (mut lit, mut dark) = (0, 0);
     for i in 0..width * height {
         let (x, y) = (f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
@@ -47,7 +48,7 @@ fn lit_and_dark(scene: &Scene, camera: &Camera) -> (f64, f64) {
 
 #[test]
 fn every_name_gives_a_valid_scene_with_sun_camera_and_path() {
-    assert!(generate::NAMES.len() >= 9);
+    assert!(generate::NAMES.len() >= 22);
     for (name, what) in generate::NAMES {
         let s = scene(name);
         s.validate().unwrap();
@@ -73,7 +74,7 @@ fn sizes_are_as_described() {
 
 #[test]
 fn seeds_repeat_and_differ() {
-    for name in ["spheres", "chairs", "car"] {
+    for name in ["spheres", "chairs", "car", "grass_sparse", "tree", "two_far", "metaballs"] {
         let hash = |seed| generate::by_name(name, seed).unwrap().hash();
         assert_eq!(hash(1), hash(1));
         assert_ne!(hash(1), hash(2));
@@ -95,7 +96,15 @@ fn first_cameras_see_light_and_shadow_in_plenty() {
             if *name == "empty_plane" {
                 assert!(lit > 0.5 && dark == 0.0, "{lit} {dark}");
             } else {
-                assert!(lit > 0.15 && dark > 0.12, "{name} \"{}\": {lit} {dark}", camera.name);
+                // Translucent scenes are about the inside of what casts, not its shadow; sparse
+                // grass and two small clusters cast little.
+                let translucent = s.materials.iter().any(|m| m.opacity < 1.0);
+                let least = match (translucent, *name) {
+                    (_, "grass_sparse" | "two_far") => 0.01,
+                    (true, _) => 0.05,
+                    (false, _) => 0.12,
+                };
+                assert!(lit > 0.15 && dark > least, "{name} \"{}\": {lit} {dark}", camera.name);
             }
         }
     }

@@ -17,6 +17,20 @@ impl Builder {
         })
     }
 
+    /// An opaque square ground of 16.42 m at y = 0 under light from straight above.
+    pub fn outdoors(name: &str) -> Self {
+        let mut b = Self::new(name, DVec3::NEG_Y);
+        b.floor(8.21);
+        b
+    }
+
+    /// A material that lets light through.
+    pub fn translucent(&mut self, name: &str, albedo: [f32; 3], opacity: f32) -> u32 {
+        let index = self.material(name, albedo);
+        self.0.materials[index as usize].opacity = opacity;
+        index
+    }
+
     pub fn material(&mut self, name: &str, albedo: [f32; 3]) -> u32 {
         let albedo = Vec3::from_array(albedo);
         self.0.materials.push(Material { name: name.into(), albedo, ..Material::default() });

@@ -63,7 +63,7 @@ pub const NAMES: &[(&str, &str)] = &[
         "two clusters of leaves far apart along the light: layers spread over the gap are wasted",
     ),
     ("hair", "5,000 translucent strands on an opaque head, as ribbons that face the camera"),
-    ("hair_50k", "50,000 finer strands: up to hundreds of layers on a ray"),
+    ("hair_50k", "50,000 finer strands, 1.6 million triangles: a full head of hair"),
     ("slab", "small translucent squares anywhere in a box: the mean thickness is linear in depth"),
     (
         "sphere_cloud",
