@@ -125,6 +125,32 @@ fn cut_out_leaves_stand_in_their_places_in_every_region() {
 }
 
 #[test]
+fn a_perspective_light_is_cropped_alike() {
+    let Some((gpu, _lock)) = exclusive_gpu() else { return };
+    // Light at the origin looking along +d, half angle of tangent 1, near 1, far 9. The plane
+    // d = 4 + 0.8 x + 0.5 y; a ray through (u, v) has x = (2 u - 1) d.
+    let z =
+        |u: f64, v: f64| (4.0 / (1.0 - 0.8 * (2.0 * u - 1.0) - 0.5 * (2.0 * v - 1.0)) - 1.0) / 8.0;
+    let corner = |x: f64, y: f64| {
+        let d = 4.0 + 0.8 * x + 0.5 * y;
+        let position = [0.5 * (d + x), 0.5 * (d + y), d].map(|x| x as f32);
+        LightSpaceVertex { position, z: ((d - 1.0) / 8.0) as f32, uv: [0.0; 2] }
+    };
+    let mut mesh = LightSpaceMesh::default();
+    // The first corner lies behind the light.
+    let corners = [(-9.0, -9.0), (60.0, -9.0), (-9.0, 60.0)].map(|(x, y)| corner(x, y));
+    assert!(corners[0].position[2] < 0.0);
+    add(&mut mesh, corners.into(), None);
+    let half = Cascade { near: 1.0, far: 2.0, offset: [0.1, 0.2], scale: 0.5 };
+    let tenth = Cascade { near: 2.0, far: 4.0, offset: [0.45, 0.55], scale: 0.1 };
+    let cascades = [half, tenth];
+    for (map, cascade) in maps_of(gpu, &mesh, &cascades, 64).iter().zip(&cascades) {
+        assert_eq!(off(map, cascade, 0.0, z), 0);
+        assert!(off(map, cascade, 1.0, z) > 4000, "a texel off is not seen");
+    }
+}
+
+#[test]
 fn the_whole_map_as_one_cascade_is_the_plain_depth_map_to_the_bit() {
     let Some((gpu, _lock)) = exclusive_gpu() else { return };
     let mut rng = rng(6);
