@@ -1,6 +1,7 @@
 //! What a camera sees through translucent surfaces, layer behind layer.
 
 use crate::error::TraceError;
+use crate::lists;
 use crate::opacity::Opacities;
 use crate::surface::Surface;
 use crate::tracer::{Hit, Ray, Tracer};
@@ -44,10 +45,7 @@ impl CameraLayers {
 
     /// Where a pixel's surfaces lie; empty beyond the image.
     pub fn range(&self, pixel: usize) -> std::ops::Range<usize> {
-        match (self.starts.get(pixel), self.starts.get(pixel + 1)) {
-            (Some(&start), Some(&end)) => start as usize..end as usize,
-            _ => 0..0,
-        }
+        lists::range(&self.starts, pixel)
     }
 }
 
@@ -68,12 +66,12 @@ pub fn camera_layers(
         return Err(TraceError::MapSize { width, height, limit });
     }
     let aspect = f64::from(width) / f64::from(height.max(1));
-    let centre = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let row = |y: u32| {
         let (mut hits, mut counts) = (Vec::new(), Vec::with_capacity(width as usize));
         let mut surfaces = Vec::new();
         for x in 0..width {
-            let (origin, direction) = camera.ray(centre(x, width), centre(y, height), aspect);
+            let (origin, direction) =
+                camera.ray(lists::centre(x, width), lists::centre(y, height), aspect);
             let ray = Ray::new(origin, direction);
             tracer.all_once(&ray, &mut hits);
             let seen = &hits[..visible(&hits, opacities)];
@@ -84,17 +82,10 @@ pub fn camera_layers(
     };
     let rows: Vec<(Vec<u32>, Vec<Surface>)> = (0..height).into_par_iter().map(row).collect();
 
-    let mut layers = CameraLayers { width, height, starts: vec![0], ..CameraLayers::default() };
-    let mut end = 0;
-    for (counts, surfaces) in rows {
-        for count in counts {
-            end += count;
-            layers.starts.push(end);
-        }
-        layers.alpha.extend(surfaces.iter().map(|s| opacities.alpha(s.triangle)));
-        layers.surfaces.extend(surfaces);
-    }
-    Ok(layers)
+    let starts = lists::starts(rows.iter().flat_map(|row| &row.0).copied());
+    let surfaces: Vec<Surface> = rows.into_iter().flat_map(|row| row.1).collect();
+    let alpha = surfaces.iter().map(|s| opacities.alpha(s.triangle)).collect();
+    Ok(CameraLayers { width, height, starts, surfaces, alpha })
 }
 
 /// How many of the hits, sorted by distance, show.

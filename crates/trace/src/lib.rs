@@ -13,6 +13,7 @@ mod filtered;
 mod light;
 mod light_fragments;
 mod light_raster;
+mod lists;
 mod maps;
 mod opacity;
 mod sampling;
@@ -22,6 +23,7 @@ mod surface;
 mod tracer;
 mod transmittance;
 mod volume;
+mod volume_fragments;
 mod voxels;
 mod watertight;
 
@@ -45,4 +47,5 @@ pub use transmittance::{
     Footprint, LEAST_TRANSMITTANCE, Law, LightPath, transmittance, transmittance_all,
 };
 pub use volume::{Ball, Profile, ball_bounds, optical_depth};
+pub use volume_fragments::{VolumeFragments, volume_fragments};
 pub use voxels::{MAX_VOXELS, Voxels};

@@ -2,6 +2,7 @@
 
 use crate::error::TraceError;
 use crate::light_raster::{light_fragments_by_raster, raster};
+use crate::lists;
 use crate::tracer::{Ray, Tracer};
 use dapple_scene::LightView;
 use rayon::prelude::*;
@@ -41,10 +42,7 @@ impl LightFragments {
 
     /// Where a texel's fragments lie; empty beyond the map.
     pub fn range(&self, texel: usize) -> std::ops::Range<usize> {
-        match (self.starts.get(texel), self.starts.get(texel + 1)) {
-            (Some(&start), Some(&end)) => start as usize..end as usize,
-            _ => 0..0,
-        }
+        lists::range(&self.starts, texel)
     }
 
     /// Sorts each texel's fragments by depth, those at one depth in the order they are drawn in.
@@ -155,17 +153,9 @@ fn by_rays(
         })
         .collect();
     check_count(total.into_inner(), limit)?;
-    let mut map = LightFragments { width, height, starts: vec![0], ..LightFragments::default() };
-    let mut end = 0;
-    for row in rows {
-        for count in row.counts {
-            end += count;
-            map.starts.push(end);
-        }
-        map.triangle.extend(row.fragments.iter().map(|f| f.0));
-        map.depth.extend(row.fragments.iter().map(|f| f.1));
-    }
-    Ok(map)
+    let starts = lists::starts(rows.iter().flat_map(|row| &row.counts).copied());
+    let (triangle, depth) = rows.iter().flat_map(|row| &row.fragments).copied().unzip();
+    Ok(LightFragments { width, height, starts, depth, triangle })
 }
 
 #[derive(Default)]
@@ -175,10 +165,9 @@ struct Row {
 }
 
 fn row_by_rays(tracer: &Tracer, view: &LightView, [width, height]: [u32; 2], y: u32) -> Row {
-    let centre = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let mut row = Row { counts: Vec::with_capacity(width as usize), fragments: Vec::new() };
     for x in 0..width {
-        let (origin, direction) = view.ray(centre(x, width), centre(y, height));
+        let (origin, direction) = view.ray(lists::centre(x, width), lists::centre(y, height));
         let first = row.fragments.len();
         tracer.visit_once(&Ray { origin, direction, t_min: 0.0, t_max: 1.0 }, |hit| {
             row.fragments.push((hit.triangle, hit.t as f32));

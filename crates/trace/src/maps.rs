@@ -1,12 +1,12 @@
 //! Images of rays: depth maps and item buffers, in parallel over rows.
 
+use crate::lists::centre;
 use crate::surface::Surface;
 use crate::tracer::{Hit, Ray, Tracer};
 use dapple_scene::{Camera, LightView};
 use rayon::prelude::*;
 
 fn image<T: Send>(width: u32, height: u32, pixel: impl Fn(f64, f64) -> T + Sync) -> Vec<T> {
-    let centre = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     (0..height)
         .into_par_iter()
         .flat_map_iter(|y| {

@@ -15,4 +15,5 @@ mod shapes;
 mod translucent;
 mod transmittance;
 mod volume;
+mod volume_fragments;
 mod watertight;
