@@ -62,7 +62,8 @@ fn up_to(
     check_size(width, height)?;
     let total = AtomicUsize::new(0);
     let row = |y: u32| {
-        let (mut lengths, mut fragments) = (Vec::with_capacity(width as usize), Vec::new());
+        let (mut lengths, mut fragments) =
+            (Vec::with_capacity(width as usize), Vec::<(f32, f32)>::new());
         for x in 0..width {
             let (origin, direction) = view.ray(lists::centre(x, width), lists::centre(y, height));
             let first = fragments.len();
@@ -79,7 +80,7 @@ fn up_to(
         total.fetch_add(fragments.len(), Ordering::Relaxed);
         (lengths, fragments)
     };
-    let rows: Vec<(Vec<u32>, Vec<(f32, f32)>)> = (0..height).into_par_iter().map(row).collect();
+    let rows: Vec<_> = (0..height).into_par_iter().map(row).collect();
     check_count(total.into_inner(), limit)?;
     let (depth, thickness) = rows.iter().flat_map(|row| &row.1).copied().unzip();
     let starts = lists::starts(rows.iter().flat_map(|row| &row.0).copied());
