@@ -127,7 +127,8 @@ fn lookup<T: Copy>(nodes: &[T], point: impl Fn(T) -> Point, depth: f32) -> f64 {
     let from = point(nodes[before]);
     let Some(&to) = nodes.get(after) else { return from[1] };
     let to = point(to);
-    from[1] + (to[1] - from[1]) * (depth - from[0]) / (to[0] - from[0])
+    let share = (depth - from[0]) / (to[0] - from[0]);
+    (from[1] + (to[1] - from[1]) * share).max(0.0)
 }
 
 impl TexelCode for Code {

@@ -21,7 +21,7 @@ use crate::{
     code::TexelCode,
     gather::{self, Bounds, Place},
 };
-use std::f32::consts::TAU;
+use std::f64::consts::TAU;
 
 /// Most pairs of coefficients.
 const MOST_PAIRS: usize = 15;
@@ -44,15 +44,6 @@ impl Code {
         if self.settings.bounded { 2 } else { 0 }
     }
 
-    /// The place on the circle of a share of the way between the bounds.
-    fn angle(&self, share: f32) -> f32 {
-        if !self.settings.bounded {
-            return TAU * share;
-        }
-        let padding = 0.25 / (self.settings.pairs as f32 + 1.0);
-        TAU * (padding + share * (1.0 - 2.0 * padding))
-    }
-
     fn bounds(&self, words: &[f32]) -> Bounds {
         if self.settings.bounded { Bounds { z0: words[0], z1: words[1] } } else { Bounds::WHOLE }
     }
@@ -64,7 +55,7 @@ impl Code {
         let angle = match self.bounds(words).place(depth) {
             Place::Front => return 0.0,
             Place::Behind => return total,
-            Place::Inside(share) => self.angle(share),
+            Place::Inside(share) => angle(&self.settings, f64::from(share)) as f32,
         };
         let (sin, cos) = angle.sin_cos();
         let (mut sin_k, mut cos_k) = (sin, cos);
@@ -73,8 +64,14 @@ impl Code {
             sum += (pair[0] * sin_k + pair[1] * (1.0 - cos_k)) / f32::from(k);
             (sin_k, cos_k) = (sin_k * cos + cos_k * sin, cos_k * cos - sin_k * sin);
         }
-        (total * angle + sum) / TAU
+        (total * angle + sum) / TAU as f32
     }
+}
+
+/// The place on the circle of a share of the way between the bounds.
+fn angle(settings: &Fourier, share: f64) -> f64 {
+    let padding = if settings.bounded { 0.25 / (f64::from(settings.pairs) + 1.0) } else { 0.0 };
+    TAU * (padding + share * (1.0 - 2.0 * padding))
 }
 
 /// e^-Ω, at most 1.
@@ -104,12 +101,12 @@ impl TexelCode for Code {
         let coefficients = &mut words[self.header()..];
         coefficients.fill(0.0);
         for f in gather::everything(fragments, opaque) {
-            let twice = 2.0 * f.omega;
-            let mut add = |i: usize, value: f32| {
-                coefficients[i] = gather::stored(format, coefficients[i] + value);
+            let twice = 2.0 * f64::from(f.omega);
+            let mut add = |i: usize, value: f64| {
+                coefficients[i] = gather::stored(format, f64::from(coefficients[i]) + value);
             };
             add(0, twice);
-            let (sin, cos) = self.angle(bounds.share(f.depth)).sin_cos();
+            let (sin, cos) = angle(&self.settings, bounds.share_exactly(f.depth)).sin_cos();
             let (mut sin_k, mut cos_k) = (sin, cos);
             for k in 0..self.pairs() {
                 add(2 * k + 1, twice * cos_k);
@@ -164,14 +161,10 @@ pub fn reference_omega(
     } else {
         Bounds::WHOLE
     };
-    let padding = match settings.bounded {
-        true => 0.25 / (f64::from(settings.pairs) + 1.0),
-        false => 0.0,
-    };
-    let angle = |share: f64| std::f64::consts::TAU * (padding + share * (1.0 - 2.0 * padding));
+    let place = |share| angle(settings, share);
     let coefficient = |of: &dyn Fn(f64) -> f64| {
         gather::everything(fragments, opaque).fold(0.0, |sum, f| {
-            let term = 2.0 * f64::from(f.omega) * of(angle(bounds.share_exactly(f.depth)));
+            let term = 2.0 * f64::from(f.omega) * of(place(bounds.share_exactly(f.depth)));
             gather::stored_exactly(settings.format, sum + term)
         })
     };
@@ -179,7 +172,7 @@ pub fn reference_omega(
     let end = match bounds.place(depth) {
         Place::Front => return 0.0,
         Place::Behind => return total,
-        Place::Inside(_) => angle(bounds.share_exactly(depth)),
+        Place::Inside(_) => place(bounds.share_exactly(depth)),
     };
     let term = |k: u32| {
         let k = f64::from(k);
@@ -187,7 +180,7 @@ pub fn reference_omega(
         let sine = coefficient(&|angle| (k * angle).sin()) * (1.0 - (k * end).cos());
         (cosine + sine) / k
     };
-    (total * end + (1..=settings.pairs).map(term).sum::<f64>()) / std::f64::consts::TAU
+    (total * end + (1..=settings.pairs).map(term).sum::<f64>()) / TAU
 }
 
 /// T(d) = e^-Ω(d), at most 1. The processor's form follows it to [`port_bound`].
@@ -214,19 +207,13 @@ pub fn reference_mean<'a>(
 }
 
 /// Most that the processor's T may differ from the reference's: Ω carries the rounding of one
-/// addition a fragment (2^-24 of the sum, 2^-11 in halves, where a tie may fall either way) and of
-/// its terms, each relative to Σω; T changes by no more than Ω does.
-pub fn port_bound(settings: &Fourier, fragments: &[Fragment], opaque: Option<Fragment>) -> f64 {
-    let mut total = 0.0;
-    let mut count = 0.0;
-    for f in gather::everything(fragments, opaque) {
-        total += f64::from(f.omega);
-        count += 1.0;
-    }
-    let ulp = match settings.format {
-        crate::Format::F16 => 2f64.powi(-11),
-        _ => 2f64.powi(-24),
-    };
-    // Errors of additions are random: 4 standard deviations, and 16 for terms of high order.
-    (1e-7 + total * (4.0 * f64::sqrt(count) * ulp + 64.0 * 2f64.powi(-24))).min(1.0)
+/// addition a fragment and of its terms, relative to Σω, and T changes by no more than Ω does.
+/// Halves are rounded alike in both.
+pub fn port_bound(fragments: &[Fragment], opaque: Option<Fragment>) -> f64 {
+    let all = gather::everything(fragments, opaque);
+    let (total, count) =
+        all.fold((0.0, 0.0), |(total, count), f| (total + f64::from(f.omega), count + 1.0));
+    // Errors of additions are random: four standard deviations; terms of high order add theirs.
+    let sums = (4.0 * f64::sqrt(count) + 64.0) * 2f64.powi(-24);
+    (1e-7 + total * sums).min(1.0)
 }

@@ -93,18 +93,19 @@ impl Bounds {
     }
 }
 
-/// A sum as a float format stores it; a half that would overflow stays at its largest.
-pub fn stored(format: Format, sum: f32) -> f32 {
+/// A sum as a float format stores it; a half that would overflow stays at its largest. Sums are
+/// rounded once, from f64: so the same terms give the same halves in every form.
+pub fn stored(format: Format, sum: f64) -> f32 {
     match format {
-        Format::F16 => f16::from_f32(sum.clamp(f16::MIN.to_f32(), f16::MAX.to_f32())).to_f32(),
-        _ => sum,
+        Format::F16 => f16::from_f64(sum.clamp(f16::MIN.to_f64(), f16::MAX.to_f64())).to_f32(),
+        _ => sum as f32,
     }
 }
 
-/// The same from f64, without rounding where the format is 32 bits wide: for references.
+/// The same without rounding where the format is 32 bits wide: for references.
 pub fn stored_exactly(format: Format, sum: f64) -> f64 {
     match format {
-        Format::F16 => f16::from_f64(sum.clamp(f16::MIN.to_f64(), f16::MAX.to_f64())).to_f64(),
+        Format::F16 => f64::from(stored(format, sum)),
         _ => sum,
     }
 }

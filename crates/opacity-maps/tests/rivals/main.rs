@@ -1,0 +1,10 @@
+//! The codes that are no layers: range, ends, order, exact cases, ports, extremes.
+
+mod exact_cases;
+mod extremes;
+mod filters;
+mod knobs;
+mod port;
+mod properties;
+mod random;
+mod support;
