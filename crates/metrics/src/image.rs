@@ -43,6 +43,20 @@ pub fn mae<A: Copy + Into<f64>, B: Copy + Into<f64>>(
     mean(pairs.iter().map(|p| (p.a - p.b).abs()))
 }
 
+/// Mean of `result - truth`: above zero where the result is too bright on the whole. Never larger
+/// than [`mae`]; equal to it where all errors have one sign.
+///
+/// # Errors
+/// See the module.
+pub fn bias<A: Copy + Into<f64>, B: Copy + Into<f64>>(
+    result: &[A],
+    truth: &[B],
+    mask: Option<&[bool]>,
+) -> Result<f64, MetricError> {
+    let pairs = pairs(result, truth, mask)?;
+    mean(pairs.iter().map(|p| p.a - p.b))
+}
+
 /// Largest absolute difference.
 ///
 /// # Errors
@@ -145,6 +159,10 @@ mod tests {
         // Differences 0, 2, 0, 4.
         assert_eq!(rmse(&A, &B, None), Ok(5.0_f64.sqrt()));
         assert_eq!(mae(&A, &B, None), Ok(1.5));
+        // Signed: 0, -2, 0, 4.
+        assert_eq!(bias(&A, &B, None), Ok(0.5));
+        assert_eq!(bias(&B, &A, None), Ok(-0.5));
+        assert_eq!(bias(&A, &B, Some(&[true, true, true, false])), Ok(-2.0 / 3.0));
         assert_eq!(max_abs(&A, &B, None), Ok(4.0));
         assert_eq!(percentile_abs(&A, &B, 0.5, None), Ok(0.0));
         assert_eq!(percentile_abs(&A, &B, 0.75, None), Ok(2.0));
@@ -175,6 +193,7 @@ mod tests {
             assert_eq!(rmse(&wrong, &[0.0; 2], None), none);
             assert_eq!(rmse(&[0.0; 2], &wrong, None), none);
             assert_eq!(max_abs(&wrong, &wrong, None), none);
+            assert_eq!(bias(&wrong, &wrong, None), none);
             assert_eq!(leak_energy(&wrong, &[0.0; 2], None), none);
         }
         assert_eq!(
@@ -242,6 +261,8 @@ mod tests {
                 (mae(&a, &b, None)?, rmse(&a, &b, None)?, max_abs(&a, &b, None)?);
             let slack = 1.0 + 1e-12;
             prop_assert!(mae <= rmse_ * slack && rmse_ <= max * slack);
+            prop_assert!(bias(&a, &b, None)?.abs() <= mae * slack);
+            prop_assert_eq!(bias(&a, &b, None)?, -bias(&b, &a, None)?);
             prop_assert_eq!(rmse_, rmse(&b, &a, None)?);
             prop_assert_eq!(max, percentile_abs(&a, &b, 1.0, None)?);
             prop_assert_eq!(rmse(&a, &a, None)?, 0.0);
