@@ -334,6 +334,8 @@ pub enum Criterion {
     MutualInformation,
     /// Least Σ (A_k - A_{k-1})²: layers of equal opacity.
     EqualOpacity,
+    /// Least Σ (T_{k-1} - T_k)², T = e^-A: layers that each take the same share of light.
+    EqualTransmittance,
     /// Least error of transmittance against sorted fragments.
     Oracle,
 }

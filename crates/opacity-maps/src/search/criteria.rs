@@ -5,7 +5,10 @@
 //!
 //! Cumulative maps never fall from layer to layer, so the thesis's sum of absolute differences
 //! telescopes to Σ (A_{K-1} - A_0): it asks for a thin first layer and for nothing else. It is kept
-//! because the thesis measures it.
+//! because the thesis measures it. Correlation of unclipped sums does not change when all opacities
+//! are scaled: only the clipping of bytes lets it tell dense from sparse. Layers of equal opacity
+//! spend as much on what is dark already as on the lit side; layers of equal steps of transmittance
+//! ([`Criterion::EqualTransmittance`]) do not, and what is drawn is transmittance.
 
 use super::{
     correlation::ByteSums,
@@ -104,7 +107,7 @@ impl Scorer {
     }
 
     /// The score: the sum of [`Scorer::terms`]. 0 without neighbours (K = 1), but for equal
-    /// opacity. Sums are taken in a fixed order: the same maps give the same bits.
+    /// opacity and transmittance. Sums are taken in a fixed order: the same maps give the same bits.
     ///
     /// # Errors
     /// [`Criterion::Oracle`], which needs fragments: see [`super::oracle`].
@@ -115,7 +118,7 @@ impl Scorer {
         self.terms.clear();
         match criterion {
             Criterion::Oracle => return Err(needs_fragments()),
-            Criterion::Sad | Criterion::EqualOpacity => {
+            Criterion::Sad | Criterion::EqualOpacity | Criterion::EqualTransmittance => {
                 let scoring = self.scoring;
                 self.sum_bands(region, k, |band, out| {
                     differences(&scoring, layers, band, out);
@@ -142,7 +145,7 @@ impl Scorer {
     }
 
     /// The terms of the last score: of each pair of neighbouring maps, or of each layer
-    /// ([`Criterion::EqualOpacity`]).
+    /// (equal opacity and transmittance).
     pub fn terms(&self) -> &[f64] {
         &self.terms
     }
@@ -217,7 +220,7 @@ pub fn score_region(
 ) -> Result<f64, OpacityError> {
     let k = layers.layers();
     match scoring.criterion {
-        Criterion::Sad | Criterion::EqualOpacity => {
+        Criterion::Sad | Criterion::EqualOpacity | Criterion::EqualTransmittance => {
             Ok(texel_differences(scoring, layers, region, |_, _| {}))
         }
         Criterion::Correlation => {
@@ -232,7 +235,7 @@ pub fn score_region(
         Criterion::MutualInformation => Err(OpacityError::setting(
             "criterion of tiles",
             "mutual information",
-            "needs more texels than a tile has; use correlation or equal opacity",
+            "needs more texels than a tile has; use correlation or equal transmittance",
         )),
         Criterion::Oracle => Err(needs_fragments()),
     }
@@ -252,7 +255,7 @@ fn differences(scoring: &Scoring, layers: &Layers, region: Region, out: &mut [f6
 }
 
 /// Calls `each` with every layer and its term, texel after texel, and returns the sum of all:
-/// |A_{k+1} - A_k| of k < K - 1, or (A_k - A_{k-1})² of k < K.
+/// |A_{k+1} - A_k| of k < K - 1, or (A_k - A_{k-1})² or (T_k - T_{k-1})² of k < K.
 #[inline]
 fn texel_differences(
     scoring: &Scoring,
@@ -261,15 +264,19 @@ fn texel_differences(
     mut each: impl FnMut(usize, f64),
 ) -> f64 {
     let Scoring { criterion, precision, mask, .. } = *scoring;
+    // Light that is let through; bytes hold min(Ω, 1) in 255 parts.
+    let unit = if precision == Precision::Bytes { 1.0 / 255.0 } else { 1.0 };
+    let through = criterion == Criterion::EqualTransmittance;
     let mut sum = 0.0;
     for texel in region.texels(layers.size().0) {
         let sums = layers.texel(texel);
         if mask && total(sums) <= 0.0 {
             continue;
         }
-        let mut before = 0.0;
+        let mut before = if through { 1.0 } else { 0.0 };
         for (k, &x) in sums.iter().enumerate() {
-            let x = f64::from(precision.value(x));
+            let x = precision.value(x);
+            let x = f64::from(if through { (-unit * x).exp() } else { x });
             let step = x - before;
             before = x;
             let (layer, term) = match criterion {

@@ -4,8 +4,8 @@
 //! College London, 2011, algorithms 5.2.3.1 and 7.1.
 //!
 //! Deviations: the split texture is published after a whole cycle and read by receivers too; tiles
-//! are scored by correlation, equal opacity or the oracle (absolute differences are kept, though
-//! they telescope: see [`super::criteria`]).
+//! are scored by equal transmittance, equal opacity, correlation or the oracle (absolute differences
+//! are kept, though they telescope: see [`super::criteria`]).
 
 use super::{
     Layers, Scorer, Scoring, SplitCode, SplitTexture,
@@ -95,7 +95,7 @@ impl Search {
         let criterion = plan.scoring.criterion;
         let few = plan.tile > 0 && criterion == Criterion::MutualInformation;
         if few || plan.tile == 1 && criterion == Criterion::Correlation {
-            let limit = "this criterion needs more texels; use equal opacity";
+            let limit = "this criterion needs more texels; use equal transmittance";
             return Err(OpacityError::setting("tile", plan.tile, limit));
         }
         if plan.repeat && plan.tile == 0 && plan.shown == Shown::Trial {

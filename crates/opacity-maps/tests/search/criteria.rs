@@ -40,18 +40,26 @@ fn scores_are_what_their_definitions_say_over_separate_maps() {
             let correlation: f64 = pairs().map(|(a, b)| two_pass(a, b)).sum();
             let steps = pairs().flat_map(|(a, b)| a.iter().zip(b)).map(|(x, y)| (y - x).powi(2));
             let equal = steps.sum::<f64>() + maps[0].iter().map(|x| x * x).sum::<f64>();
-            for (criterion, expected) in [
-                (Criterion::Sad, sad),
-                (Criterion::Correlation, correlation),
-                (Criterion::EqualOpacity, equal),
+            let unit = if precision == Precision::Bytes { 255.0 } else { 1.0 };
+            let through = |k: usize, t: usize| (-maps[k][t] / unit).exp();
+            let steps = (0..37 * 37).flat_map(|t| {
+                (0..layers).map(move |k| (if k == 0 { 1.0 } else { through(k - 1, t) }, k, t))
+            });
+            let light: f64 = steps.map(|(before, k, t)| (before - through(k, t)).powi(2)).sum();
+            for (criterion, expected, bound) in [
+                (Criterion::Sad, sad, 1e-9),
+                // Exponentials are 32-bit.
+                (Criterion::EqualTransmittance, light, 1e-5),
+                (Criterion::Correlation, correlation, 1e-9),
+                (Criterion::EqualOpacity, equal, 1e-9),
             ] {
                 let scoring = Scoring { precision, ..Scoring::plain(criterion) };
                 let actual = score(scoring, 37, layers, &sums);
                 let off = (actual - expected).abs() / expected.abs().max(1.0);
-                assert!(off < 1e-9, "{criterion:?} {precision:?} K {layers}: {actual} {expected}");
+                assert!(off < bound, "{criterion:?} {precision:?} K {layers}: {actual} {expected}");
                 let map = Layers::new((37, 37), layers, layers, 0, &sums).unwrap();
                 let whole = score_region(&scoring, &map, Region::whole(&map, 0)).unwrap();
-                assert!((whole - expected).abs() / expected.abs().max(1.0) < 1e-9);
+                assert!((whole - expected).abs() / expected.abs().max(1.0) < bound);
             }
         }
     }
@@ -112,7 +120,12 @@ fn constant_and_empty_and_saturated_maps_have_defined_scores() {
         let masked = Scoring { mask: true, ..Scoring::plain(criterion) };
         assert!(score(masked, 8, 4, &vec![0.0; 8 * 8 * 4]).is_finite(), "{criterion:?}");
         let alone = score(Scoring::plain(criterion), 2, 1, &[0.5; 4]);
-        assert_eq!(alone, if criterion == Criterion::EqualOpacity { 1.0 } else { 0.0 });
+        let light = 4.0 * (1.0 - (-0.5f64).exp()).powi(2);
+        match criterion {
+            Criterion::EqualOpacity => assert_eq!(alone, 1.0),
+            Criterion::EqualTransmittance => assert!((alone - light).abs() < 1e-6),
+            _ => assert_eq!(alone, 0.0),
+        }
     }
     // One constant map beside one that varies tells nothing of it.
     let half: Vec<f32> = (0..64).flat_map(|i| [0.5, i as f32]).collect();
@@ -204,6 +217,28 @@ fn equal_opacity_is_least_where_layers_hold_the_same() {
         other.sort_by(f32::total_cmp);
         assert!(of(&other) >= least - 1e-7, "{other:?}");
     }
+}
+
+#[test]
+fn correlation_of_unclipped_sums_cannot_tell_dense_from_sparse_and_equal_transmittance_can() {
+    let thin = volume(48, 19, 40.0, 0.0625);
+    let mut thick = thin.clone();
+    thick.items.iter_mut().for_each(|f| f.omega *= 16.0);
+    let best = |fragments, scoring: Scoring| {
+        let at = |step: usize| score(scoring, 48, 8, &sums(fragments, step as f64 / 10.0, 8));
+        let scores: Vec<f64> = (0..11).map(at).collect();
+        let best = (0..11)
+            .reduce(|a, b| if is_better(scoring.criterion, scores[b], scores[a]) { b } else { a });
+        (best.unwrap(), scores)
+    };
+    let plain = Scoring::plain(Criterion::Correlation);
+    let (a, b) = (best(&thin, plain), best(&thick, plain));
+    assert_eq!(a.0, b.0);
+    assert!(a.1.iter().zip(&b.1).all(|(x, y)| (x - y).abs() < 1e-5));
+    let bytes = Scoring::thesis(Criterion::Correlation);
+    assert_ne!(best(&thin, bytes).1, best(&thick, bytes).1);
+    let light = Scoring::plain(Criterion::EqualTransmittance);
+    assert!(best(&thin, light).0 + 2 < best(&thick, light).0);
 }
 
 #[test]
