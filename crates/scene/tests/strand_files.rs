@@ -159,6 +159,8 @@ fn a_scene_of_hair_is_ribbons_that_face_its_default_view() {
         assert!(
             warnings[chosen - 1].contains("2 strands drawn as ribbons that face the three-quarter")
         );
+        // By its name the mesh is found again, to be turned to another viewer.
+        assert_eq!(scene.meshes[0].name, strands(name, &bytes).unwrap().0.name);
         let material = &scene.materials[0];
         assert_eq!((material.opacity, scene.degenerate_triangles()), (70.0 / 255.0, 0));
         assert!(scene.lights.is_empty() && scene.cameras.is_empty());

@@ -67,9 +67,7 @@ pub fn strands(path: &Path) -> Result<(Strands, Vec<String>), SceneError> {
     };
     let bytes = read(path, &file)?;
     let source = Source { bytes: &bytes, file: &file, folder: Path::new("") };
-    let (mut strands, warnings) = strands::read(&source, format)?;
-    strands.name = stem(path);
-    Ok((strands, warnings))
+    strands::read(&source, format)
 }
 
 /// In lower case; empty if there is none.

@@ -10,6 +10,7 @@ use crate::generate::hair_material;
 use crate::strands::{Facing, Ribbons, Strands};
 use crate::{Instance, Scene, SceneError};
 use glam::{DAffine3, Vec3};
+use std::path::Path;
 
 /// Without a thickness in the file a strand is as thick as this share of the largest extent: hair of
 /// 0.07 mm on a head of 14 cm.
@@ -26,18 +27,20 @@ pub enum Format {
     Hair,
 }
 
-/// Reads strands, with a sentence for each thing chosen or left out.
+/// Reads strands, named after the file, with a sentence for each thing chosen or left out.
 pub fn read(source: &Source<'_>, format: Format) -> Result<(Strands, Vec<String>), SceneError> {
     let (mut strands, mut warnings) = match format {
         Format::Tfx => tfx(source)?,
         Format::Hair => hair(source)?,
     };
+    strands.name = super::stem(Path::new(source.file));
     choose_radius(source, &mut strands, &mut warnings);
     strands.validate_as(source.file)?;
     Ok((strands, warnings))
 }
 
-/// The file as a scene: one mesh of ribbons that face the first of the default views.
+/// The file as a scene: one mesh of ribbons that face the first of the default views, with the
+/// strands' name.
 pub fn parse(source: &Source<'_>, format: Format) -> Result<Loaded, SceneError> {
     let (strands, mut warnings) = read(source, format)?;
     let view = &default_views(&strands.bounds())[0];
@@ -153,7 +156,7 @@ fn tfx(source: &Source<'_>) -> Result<(Strands, Vec<String>), SceneError> {
         ));
     }
     let strands = Strands {
-        name: "tfx".into(),
+        name: String::new(),
         starts: (0..count).map(|i| i * each).collect(),
         points: (0..points as usize).map(|i| source.vec3(start as usize + 16 * i)).collect(),
         radius: vec![0.0],
@@ -217,7 +220,7 @@ fn hair(source: &Source<'_>) -> Result<(Strands, Vec<String>), SceneError> {
         false => vec![0.5 * default_thickness],
     };
     let strands = Strands {
-        name: "hair".into(),
+        name: String::new(),
         starts,
         points: (0..used).map(|i| source.vec3(points_at as usize + 12 * i)).collect(),
         radius,
