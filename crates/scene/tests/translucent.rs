@@ -196,3 +196,18 @@ fn the_first_camera_sees_all_that_casts_a_translucent_shadow() {
         }
     }
 }
+
+#[test]
+fn strands_of_a_scene_are_those_of_its_mesh() {
+    let mut with_strands = 0;
+    for (name, ..) in SCENES {
+        let Some(strands) = generate::strands_of(name, 7) else { continue };
+        with_strands += 1;
+        let s = scene(name);
+        let ribbons = strands.ribbons(Facing::Point(s.cameras[0].position)).mesh;
+        let mesh = s.meshes.iter().find(|m| m.name == strands.name).unwrap();
+        assert_eq!((&mesh.positions, &mesh.triangles), (&ribbons.positions, &ribbons.triangles));
+    }
+    assert_eq!(with_strands, 2, "hair and hair_50k");
+    assert_eq!(generate::strands_of("grass", 7), None);
+}
