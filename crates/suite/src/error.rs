@@ -63,6 +63,9 @@ pub enum SuiteError {
     /// The shadow filters refused their settings or input.
     #[error(transparent)]
     Filter(#[from] dapple_shadows::filtering::FilterError),
+    /// The cascades refused their settings or input.
+    #[error(transparent)]
+    Cascade(#[from] dapple_shadows::cascades::CascadeError),
     /// The opacity maps refused their settings or input.
     #[error(transparent)]
     Opacity(#[from] dapple_opacity_maps::OpacityError),

@@ -1,13 +1,16 @@
 //! A prepared case: receivers seen by the camera, their truth, and what the light meets on the way.
 
 use super::{
+    cascades,
     maps::Maps,
     picture::Lighting,
     port,
     scene::{self, Wishes},
+    subject_cascades::CascadeSubject,
     subject_cpu::CpuSubject,
     subject_gpu::GpuSubject,
     subject_reference::ReferenceSubject,
+    subject_search::SearchSubject,
 };
 use crate::{
     SuiteError,
@@ -19,7 +22,7 @@ use crate::{
 };
 use dapple_gpu::{Gpu, light_space::LightSpaceMesh};
 use dapple_opacity_maps::{Fragments, Model, Receiver, exact::Exact};
-use dapple_scene::{LightView, Scene};
+use dapple_scene::{Camera, LightView, Scene};
 use dapple_trace::{Footprint, Law, LightFragments, LightPath, Opacities, Surface, Tracer};
 use glam::DVec3;
 use std::{
@@ -38,6 +41,8 @@ const LEAST_N_DOT_L: f64 = 0.05;
 pub struct TranslucentCase<'g> {
     gpu: Option<&'g Gpu>,
     facts: Facts,
+    camera: Camera,
+    view_depths: Vec<f32>,
     casters: Scene,
     tracer: Tracer,
     opacities: Opacities,
@@ -153,6 +158,8 @@ impl<'g> TranslucentCase<'g> {
             let shown = all.into_iter().zip(&mask).map(|(t, m)| if *m { t as f32 } else { 1.0 });
             Ok::<_, SuiteError>(shown.collect())
         })?;
+        let depth = |s: &Surface| cascades::view_depth(&camera, s.position) as f32;
+        let view_depths = layers.surfaces.iter().map(depth).collect();
         let lighting = Lighting::of(&seen, &layers, &n_dot_l);
         let truth_in_words = if footprint > 0.0 {
             let metres = footprint * whole.side_m();
@@ -163,7 +170,7 @@ impl<'g> TranslucentCase<'g> {
         let facts = Facts {
             scene: seen.name.clone(),
             scene_hash: hash,
-            view: camera.name,
+            view: camera.name.clone(),
             size: format!("{width}x{height}"),
             truth: format!("{truth_in_words}; {law} law"),
             notes,
@@ -171,6 +178,8 @@ impl<'g> TranslucentCase<'g> {
         Ok(Self {
             gpu,
             facts,
+            camera,
+            view_depths,
             casters,
             tracer,
             opacities,
@@ -186,6 +195,21 @@ impl<'g> TranslucentCase<'g> {
             meshes: RefCell::default(),
             true_image: OnceCell::new(),
         })
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Distance of each receiver from the camera along its axis, metres.
+    pub fn view_depths(&self) -> &[f32] {
+        &self.view_depths
+    }
+
+    /// Rays against what the light meets.
+    pub fn tracer(&self) -> &Tracer {
+        &self.tracer
     }
 
     /// What the light meets.
@@ -333,6 +357,11 @@ impl Prepared for TranslucentCase<'_> {
     }
 
     fn subject<'a>(&'a self, setting: &Setting) -> Result<Box<dyn Subject + 'a>, SuiteError> {
+        match setting.technique.as_str() {
+            "pssm" => return Ok(Box::new(CascadeSubject::new(self, self.gpu, setting)?)),
+            "bom-search" => return Ok(Box::new(SearchSubject::new(self, setting)?)),
+            _ => {}
+        }
         match (setting.form, self.gpu) {
             (Form::Cpu, _) => Ok(Box::new(CpuSubject::new(self, setting)?)),
             (Form::Gpu, Some(gpu)) => Ok(Box::new(GpuSubject::new(self, gpu, setting)?)),

@@ -5,6 +5,7 @@
 //! error of its map's resolution is told apart by the uncompressed deep shadow map on the same
 //! texel grid.
 
+mod cascades;
 pub mod case;
 mod errors;
 mod maps;
@@ -13,9 +14,11 @@ mod port;
 pub mod scene;
 mod settings;
 mod spec;
+mod subject_cascades;
 mod subject_cpu;
 mod subject_gpu;
 mod subject_reference;
+mod subject_search;
 
 pub use case::TranslucentCase;
 pub use settings::{resolution, settings};

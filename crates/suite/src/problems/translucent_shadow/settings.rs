@@ -121,6 +121,10 @@ fn code(
             Code::Layered(layered(knobs, Layout::Deep { span, growth, listing })?)
         }
         "bom" => bounded(knobs, variant)?,
+        "bom-search" => {
+            let split = Split { lambda: 0.0, kind: SplitKind::Normalised, width: TABLE_WIDTH };
+            Code::Layered(layered(knobs, Layout::Bounded { split, bins: Bins::Full })?)
+        }
         "fourier" => Code::Fourier(Fourier {
             pairs: whole(knobs, "pairs", 0, u32::MAX)?,
             bounded: knobs.word("bounds")? == "ray",
@@ -196,10 +200,10 @@ fn layered(knobs: &Knobs, layout: Layout) -> Result<Layered, SuiteError> {
         layout,
         layers: whole(knobs, "layers", 0, u32::MAX)?,
         lookup: choice(knobs, "lookup", &lookups)?,
-        blend: choice(knobs, "blend", &blends)?,
+        blend: or_default(knobs, "blend", &blends)?,
         format: format(knobs)?,
         packing: Packing::Targets(8),
-        storage: choice(knobs, "storage", &storages)?,
+        storage: or_default(knobs, "storage", &storages)?,
         end_map: EndMap::MaxBlend,
         write_bias: 0.0,
         soft_start: false,
@@ -217,8 +221,20 @@ fn format(knobs: &Knobs) -> Result<Format, SuiteError> {
     choice(knobs, "format", &formats)
 }
 
+/// The value of a knob that not every technique has: the first where it is absent.
+fn or_default<T: Copy + Default>(
+    knobs: &Knobs,
+    name: &'static str,
+    words: &[(&'static str, T)],
+) -> Result<T, SuiteError> {
+    if knobs.contains_key(name) { choice(knobs, name, words) } else { Ok(T::default()) }
+}
+
 /// The value that a knob's word stands for.
-fn choice<T: Copy>(
+///
+/// # Errors
+/// A word that is none.
+pub fn choice<T: Copy>(
     knobs: &Knobs,
     name: &'static str,
     words: &[(&'static str, T)],
@@ -231,7 +247,10 @@ fn choice<T: Copy>(
 }
 
 /// A knob that is a whole number in `least..=most`. Extremes are set past a knob's own range.
-fn whole(knobs: &Knobs, name: &str, least: u32, most: u32) -> Result<u32, SuiteError> {
+///
+/// # Errors
+/// [`SuiteError::Value`].
+pub fn whole(knobs: &Knobs, name: &str, least: u32, most: u32) -> Result<u32, SuiteError> {
     let value = knobs.int(name)?;
     let fits = u32::try_from(value).ok().filter(|v| (least..=most).contains(v));
     fits.ok_or_else(|| SuiteError::Value {

@@ -217,6 +217,20 @@ const TECHNIQUES: &[Technique] = &[
         &[RESOLUTION, TAPS, BIAS, CROP],
     ),
     technique(
+        "pssm",
+        "Parallel-split shadow maps of all geometry",
+        "zhang2006",
+        FORMS,
+        ONLY,
+        &[
+            RESOLUTION,
+            Knob::choice("taps", &["3x3", "1", "4x4"], "texels compared for a receiver"),
+            BIAS,
+            Knob::int("splits", [1, 2, 8], "slices of the camera's view").useful(1.0, 4.0),
+            Knob::float("split_lambda", [0.0, 0.5, 1.0], "slices: 0 even, 1 logarithmic"),
+        ],
+    ),
+    technique(
         "dom",
         "Deep opacity maps",
         "yuksel2008",
@@ -237,6 +251,34 @@ const TECHNIQUES: &[Technique] = &[
             variant("thesis", "K - 1 layers, the last for the end itself; fragments biased too"),
         ],
         knobs![BLUR, LAYERS, LOOKUP, LAMBDA, SPLIT, BLEND, FORMAT, STORAGE, END_MAP],
+    ),
+    technique(
+        "bom-search",
+        "Bounding opacity maps, split searched for",
+        "voicu2011",
+        &[Form::Cpu],
+        &[
+            variant("correlation", "least correlation of neighbouring maps (thesis)"),
+            variant("sad", "greatest sum of absolute differences (thesis)"),
+            variant("mutual-information", "least mutual information of neighbouring maps"),
+            variant("equal-opacity", "layers of equal opacity"),
+            variant("equal-transmittance", "layers of equal steps of transmittance"),
+            variant("oracle", "least error against the deep shadow map: a bound, not a method"),
+        ],
+        knobs![
+            BLUR,
+            LAYERS,
+            LOOKUP,
+            FORMAT,
+            Knob::int("tile", [0, 0, 4096], "texels a side that share a split; 0: all")
+                .useful(0.0, 64.0),
+            Knob::choice(
+                "scoring",
+                &["float", "bytes"],
+                "maps as they are, or read back in 8 bits"
+            ),
+            Knob::float("lambda_step", [0.05, 0.1, 0.25], "step of the trial values, a part of 1"),
+        ],
     ),
     technique(
         "fourier",

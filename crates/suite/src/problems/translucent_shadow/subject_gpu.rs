@@ -148,15 +148,21 @@ impl Subject for GpuSubject<'_, '_> {
     }
 }
 
-/// The renderer's refusal as the suite's: what a device is too small for is the setting's fault,
-/// not the environment's.
+/// The renderer's refusal as the suite's.
 pub fn refused(error: OpacityGpuError) -> SuiteError {
     match error {
         OpacityGpuError::Opacity(error) => error.into(),
-        OpacityGpuError::Gpu(
-            error @ (GpuError::TooLarge { .. } | GpuError::OutOfMemory { .. }),
-        ) => SuiteError::Usage(error.to_string()),
-        OpacityGpuError::Gpu(error) => error.into(),
+        OpacityGpuError::Gpu(error) => device_error(error),
         other => SuiteError::Usage(other.to_string()),
+    }
+}
+
+/// What a device is too small for is the setting's fault, not the environment's.
+pub fn device_error(error: GpuError) -> SuiteError {
+    match error {
+        GpuError::TooLarge { .. } | GpuError::OutOfMemory { .. } => {
+            SuiteError::Usage(error.to_string())
+        }
+        other => other.into(),
     }
 }
