@@ -145,8 +145,8 @@ pub(super) fn check(cascades: &[Cascade]) -> Result<(), CascadeError> {
             "its near and far must be finite and increase"
         } else if c.near != before {
             "it does not begin where the one before ends"
-        } else if !(c.offset.iter().all(|x| x.is_finite()) && c.scale.is_finite()) {
-            "its region is not finite"
+        } else if !c.offset.iter().all(|x| x.abs() <= 1e6) {
+            "its region lies further than 1e6 base maps away"
         } else if c.scale != 0.0 && !(1e-6..=1e6).contains(&c.scale) {
             "its region's side is neither 0 nor within 1e-6..=1e6 of the base map's"
         } else {

@@ -234,10 +234,13 @@ fn bad_input_is_refused_by_name() {
     assert!(found);
     broken[1] = DepthMap { width: 4, height: 16, depths: vec![1.0; 64] };
     assert!(matches!(run(&broken, &good, &settings), Err(CascadeError::Map { cascade: 1, .. })));
-    let changes: [fn(&mut Cascade); 5] = [
+    let changes: [fn(&mut Cascade); 8] = [
         |c| c.near = 1.5,
         |c| c.far = f64::NAN,
         |c| c.offset[1] = f64::INFINITY,
+        |c| c.offset[0] = f64::NAN,
+        |c| c.offset[0] = -1e7,
+        |c| c.scale = f64::NAN,
         |c| c.scale = -1.0,
         |c| c.scale = 1e-9,
     ];

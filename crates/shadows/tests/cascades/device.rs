@@ -212,6 +212,49 @@ fn shading_is_the_reference_within_rounding() {
 }
 
 #[test]
+fn tiny_and_outlying_regions_agree_too() {
+    let Some((gpu, _lock)) = exclusive_gpu() else { return };
+    let (mesh, side) = (leaves(), 64);
+    let ends = [1.0, 2.0, 3.0, 4.0, 5.0];
+    let places = [
+        // A thousandth of the map across a rim; beyond the map's corner; many maps wide; less
+        // than two hundred steps of f32 wide.
+        ([0.5416, 0.5411], 1e-3),
+        ([-0.7, -0.8], 1.0),
+        ([-40.0, -30.0], 90.0),
+        ([0.999, 0.999], 1e-5),
+    ];
+    let cascades: Vec<Cascade> = ends
+        .windows(2)
+        .zip(places)
+        .map(|(ends, (offset, scale))| Cascade { near: ends[0], far: ends[1], offset, scale })
+        .collect();
+    let mut rng = rng(9);
+    let all: Vec<CascadeReceiver> = (0..4000)
+        .map(|i| {
+            let cascade = &cascades[i % 4];
+            let local = [rng.random_range(-0.1..1.1), rng.random_range(-0.1..1.1)];
+            let [u, v] = cascade.base(local);
+            let depth = nearest(u, v) + rng.random_range(-0.2..0.2);
+            CascadeReceiver::at(u as f32, v as f32, depth as f32, cascade.far as f32)
+                .with_slope(0.2, 0.1)
+        })
+        .collect();
+    for settings in all_settings() {
+        let shadows = Shadows::new(gpu, &mesh, &cascades, side, &all, &settings).unwrap();
+        draw(gpu, &shadows, 4);
+        let (found, maps) = (shadows.read(gpu).unwrap(), shadows.read_maps(gpu).unwrap());
+        let bounds = port_bounds(&maps, &cascades, &all, &settings).unwrap();
+        assert_eq!(outside(&found, &bounds), 0, "{settings:?}");
+        for cascade in 0..4 {
+            let of = found.iter().skip(cascade).step_by(4);
+            let dark = of.filter(|v| **v < 1.0).count();
+            assert!((50..900).contains(&dark), "cascade {cascade}, {settings:?}: {dark}");
+        }
+    }
+}
+
+#[test]
 fn empty_cascades_are_cleared_and_light_their_receivers() {
     let Some((gpu, _lock)) = exclusive_gpu() else { return };
     let mut two = cascades(2, 0.5, 32, 0);
