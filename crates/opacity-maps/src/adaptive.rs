@@ -131,7 +131,7 @@ pub fn reference(
 ) -> f64 {
     let mut all: Vec<Fragment> = gather::everything(fragments, opaque).collect();
     if settings.order == Order::Sorted {
-        all.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+        all.sort_by(|a, b| a.depth.total_cmp(&b.depth).then(a.omega.total_cmp(&b.omega)));
     }
     // (depth, transmittance behind it)
     let mut curve: Vec<(f64, f64)> = Vec::new();

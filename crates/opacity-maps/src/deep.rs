@@ -210,7 +210,7 @@ pub fn reference(
 /// Two vertices for each different depth, from the front.
 fn staircase(fragments: &[Fragment], opaque: Option<Fragment>) -> Vec<Point> {
     let mut all: Vec<Fragment> = gather::everything(fragments, opaque).collect();
-    all.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+    all.sort_by(|a, b| a.depth.total_cmp(&b.depth).then(a.omega.total_cmp(&b.omega)));
     let mut vertices = Vec::new();
     let mut omega = 0.0;
     for same in all.chunk_by(|a, b| a.depth == b.depth) {

@@ -17,7 +17,7 @@
 //! 0 + p ..= 1 - p with the padding p = 1 / (4 (n + 1)).
 
 use crate::{
-    Fourier, Fragment,
+    Format, Fourier, Fragment,
     code::TexelCode,
     gather::{self, Bounds, Place},
 };
@@ -74,6 +74,35 @@ fn angle(settings: &Fourier, share: f64) -> f64 {
     TAU * (padding + share * (1.0 - 2.0 * padding))
 }
 
+/// Adds a fragment's terms.
+fn add(coefficients: &mut [f32], omega: f32, angle: f32) {
+    let twice = 2.0 * omega;
+    coefficients[0] += twice;
+    let (sin, cos) = angle.sin_cos();
+    let (mut sin_k, mut cos_k) = (twice * sin, twice * cos);
+    for pair in coefficients[1..].chunks_exact_mut(2) {
+        pair[0] += cos_k;
+        pair[1] += sin_k;
+        (sin_k, cos_k) = (sin_k * cos + cos_k * sin, cos_k * cos - sin_k * sin);
+    }
+}
+
+/// The same rounded to halves. Terms are in f64, so that rounding falls the same way in every form.
+fn add_halves(coefficients: &mut [f32], omega: f32, angle: f64) {
+    let twice = 2.0 * f64::from(omega);
+    let (sin, cos) = angle.sin_cos();
+    let (mut sin_k, mut cos_k) = (twice * sin, twice * cos);
+    let add = |sum: &mut f32, term: f64| {
+        *sum = gather::stored(Format::F16, f64::from(*sum) + term);
+    };
+    add(&mut coefficients[0], twice);
+    for pair in coefficients[1..].chunks_exact_mut(2) {
+        add(&mut pair[0], cos_k);
+        add(&mut pair[1], sin_k);
+        (sin_k, cos_k) = (sin_k * cos + cos_k * sin, cos_k * cos - sin_k * sin);
+    }
+}
+
 /// e^-Ω, at most 1.
 fn clamped(omega: f32) -> f32 {
     (-omega.max(0.0)).exp()
@@ -97,21 +126,13 @@ impl TexelCode for Code {
             bounds = Bounds::of(fragments, opaque, self.opaque_in_bounds);
             words[..2].copy_from_slice(&[bounds.z0, bounds.z1]);
         }
-        let format = self.settings.format;
         let coefficients = &mut words[self.header()..];
         coefficients.fill(0.0);
         for f in gather::everything(fragments, opaque) {
-            let twice = 2.0 * f64::from(f.omega);
-            let mut add = |i: usize, value: f64| {
-                coefficients[i] = gather::stored(format, f64::from(coefficients[i]) + value);
-            };
-            add(0, twice);
-            let (sin, cos) = angle(&self.settings, bounds.share_exactly(f.depth)).sin_cos();
-            let (mut sin_k, mut cos_k) = (sin, cos);
-            for k in 0..self.pairs() {
-                add(2 * k + 1, twice * cos_k);
-                add(2 * k + 2, twice * sin_k);
-                (sin_k, cos_k) = (sin_k * cos + cos_k * sin, cos_k * cos - sin_k * sin);
+            let angle = angle(&self.settings, bounds.share_exactly(f.depth));
+            match self.settings.format {
+                Format::F16 => add_halves(coefficients, f.omega, angle),
+                _ => add(coefficients, f.omega, angle as f32),
             }
         }
     }

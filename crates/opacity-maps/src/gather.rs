@@ -19,11 +19,17 @@ pub fn everything(
     fragments.iter().copied().chain(opaque).map(capped)
 }
 
-/// The same by depth; ties keep their order.
+/// The same by depth, and at one depth by thickness: whatever the order of drawing.
 pub fn sorted(fragments: &[Fragment], opaque: Option<Fragment>, out: &mut Vec<Fragment>) {
+    // The bits of a float as an integer of the same order.
+    let ordered = |x: f32| {
+        let bits = x.to_bits();
+        if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
+    };
+    let key = |f: &Fragment| u64::from(ordered(f.depth)) << 32 | u64::from(f.omega.to_bits());
     out.clear();
     out.extend(everything(fragments, opaque));
-    out.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+    out.sort_unstable_by_key(key);
 }
 
 /// First and last depth of a ray.
@@ -136,6 +142,23 @@ mod tests {
         assert_eq!((thin.place(0.5), thin.place(0.50001)), (Place::Front, Place::Behind));
         assert_eq!(Bounds::of(&[], Some(at(0.5)), false), Bounds::EMPTY);
         assert_eq!(Bounds::EMPTY.place(1.0), Place::Front);
+    }
+
+    #[test]
+    fn sorting_does_not_depend_on_the_order_of_drawing() {
+        let at = |depth, omega| Fragment { depth, omega };
+        let drawn = [at(0.5, 2.0), at(-0.25, 1.0), at(0.5, 1.0), at(-3.0, 0.0), at(0.0, 0.5)];
+        let mut out = vec![at(9.0, 9.0)];
+        sorted(&drawn, Some(at(0.25, f32::MAX)), &mut out);
+        let expected = [
+            at(-3.0, 0.0),
+            at(-0.25, 1.0),
+            at(0.0, 0.5),
+            at(0.25, MOST_OMEGA),
+            at(0.5, 1.0),
+            at(0.5, 2.0),
+        ];
+        assert_eq!(out, expected);
     }
 
     #[test]

@@ -53,8 +53,10 @@ impl TexelCode for Code {
         for f in gather::everything(fragments, opaque) {
             let (fragment, below) = (of_fragment(self.0.seed, texel, f.depth), threshold(f.omega));
             for (sample, nearest) in (0..).zip(words.iter_mut()) {
-                let survives = random(fragment, sample) < below;
-                *nearest = if survives { nearest.min(f.depth) } else { *nearest };
+                // Behind the nearest survivor nothing matters: most fragments draw few numbers.
+                if f.depth < *nearest && random(fragment, sample) < below {
+                    *nearest = f.depth;
+                }
             }
         }
     }

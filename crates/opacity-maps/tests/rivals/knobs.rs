@@ -24,7 +24,6 @@ fn rmse(settings: &Settings, rays: &[Vec<Fragment>]) -> f64 {
 fn falls(what: &str, settings: &[Settings], factor: f64) {
     let rays = rays();
     let errors: Vec<f64> = settings.iter().map(|s| rmse(s, &rays)).collect();
-    println!("{what}: {errors:.4?}");
     for pair in errors.windows(2) {
         assert!(pair[1] < factor * pair[0], "{what}: {errors:?}");
     }

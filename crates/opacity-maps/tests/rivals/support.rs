@@ -124,13 +124,6 @@ pub fn total(fragments: &[Fragment]) -> f64 {
     fragments.iter().map(|f| f64::from(f.omega)).sum()
 }
 
-/// Whether no two depths are the same.
-pub fn distinct(fragments: &[Fragment]) -> bool {
-    let mut depths: Vec<f32> = fragments.iter().map(|f| f.depth).collect();
-    depths.sort_by(f32::total_cmp);
-    depths.windows(2).all(|w| w[0] != w[1])
-}
-
 /// First and last depth.
 pub fn ends(fragments: &[Fragment]) -> (f32, f32) {
     let depths = fragments.iter().map(|f| f.depth);
@@ -173,7 +166,7 @@ pub fn hair(seed: u64, strands: usize) -> Vec<Fragment> {
     let near: f32 = random.random_range(0.1..0.3);
     let far: f32 = random.random_range(0.5..0.7);
     let strand = |i: usize| {
-        let tuft = if i % 3 == 0 { far } else { near };
+        let tuft = if i.is_multiple_of(3) { far } else { near };
         at(tuft + random.random_range(0.0..0.25f32), omega)
     };
     (0..strands).map(strand).collect()
