@@ -61,7 +61,7 @@ const PARAMETERS: &[Knob] = &[
         .useful(160.0, 3840.0),
     Knob::float(
         "footprint",
-        [0.0, 0.006, 0.5],
+        [0.0, 0.004, 0.5],
         "side of the window truth is averaged over, over the uncropped map's side; 0: one ray",
     )
     .useful(0.0, 0.05),
@@ -84,7 +84,7 @@ const PARAMETERS: &[Knob] = &[
     ),
 ];
 
-const RESOLUTION: Knob = Knob::int("resolution", [16, 512, 4096], "side of the map")
+const RESOLUTION: Knob = Knob::int("resolution", [16, 256, 4096], "side of the map")
     .unit("texels")
     .log()
     .useful(128.0, 2048.0);
@@ -98,7 +98,7 @@ const BLUR: Knob = Knob::choice(
     &["transmittance", "stored"],
     "whether taps are decoded and averaged, or averaged and decoded",
 );
-const BIAS: Knob = Knob::float("bias", [0.0, 1e-4, 0.1], "light depth taken from the receiver's")
+const BIAS: Knob = Knob::float("bias", [0.0, 1e-3, 0.1], "light depth taken from the receiver's")
     .log()
     .useful(1e-5, 1e-2);
 const CROP: Knob = Knob::choice(
