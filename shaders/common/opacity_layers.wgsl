@@ -19,7 +19,8 @@ struct LayerParams {
     scale: f32,
     // Entries of the table less one.
     last_entry: u32,
-    pad0: u32,
+    // Texels of a map.
+    texels: u32,
 }
 
 // LAYOUT.

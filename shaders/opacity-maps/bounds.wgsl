@@ -13,7 +13,7 @@ struct BoundsParams {
 // negative; both start as 0: nothing there.
 @group(1) @binding(1) var<storage, read_write> ends: array<atomic<u32>>;
 
-// Read as depths from the far plane backwards (near and far plane swapped).
+// Depths come negated: near and far plane have changed places.
 override SWAPPED: bool = false;
 // Written as depths from the far plane backwards.
 override REVERSED: bool = false;
@@ -45,14 +45,10 @@ fn atomic_ends(in: Varyings) {
 // One end, for a depth test.
 @fragment
 fn one_end(in: Varyings) -> @builtin(frag_depth) f32 {
-    let from_mesh = (surface.flags & FROM_OPAQUE_MAP) == 0u;
-    let depth = select(in.z, 1.0 - in.z, SWAPPED && from_mesh);
+    let depth = select(in.z, -in.z, SWAPPED && (surface.flags & FROM_OPAQUE_MAP) == 0u);
     let z = taking_part(depth, in.uv, vec2<u32>(in.clip.xy));
     if z < 0.0 {
         discard;
-    }
-    if SWAPPED && from_mesh {
-        return in.z;
     }
     return select(z, 1.0 - z, REVERSED || SWAPPED);
 }

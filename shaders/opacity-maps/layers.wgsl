@@ -135,7 +135,7 @@ fn add_to_bin(in: Varyings) {
     let texel = vec2<u32>(in.clip.xy);
     let place = texel.y * layered.width + texel.x;
     let layer = u32(found.y);
-    let texels = arrayLength(&overrun);
+    let texels = layered.texels;
     // 20 binary digits; conversion clips at 2^32 - 1.
     let fixed = u32(round(surface.omega * 1048576.0));
     let before = atomicAdd(&bins[layer * texels + place], fixed);

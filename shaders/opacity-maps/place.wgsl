@@ -18,14 +18,15 @@ fn place(
     return placed(position, z, uv);
 }
 
-// Near and far plane change places, as in a projection that swaps them.
+// Near and far plane change places, as in a projection that swaps them: that negates depths,
+// without rounding. The range is put right after interpolation.
 @vertex
 fn place_swapped(
     @location(0) position: vec3<f32>,
     @location(1) z: f32,
     @location(2) uv: vec2<f32>,
 ) -> Varyings {
-    return placed(position, 1.0 - z, uv);
+    return placed(position, -z, uv);
 }
 
 // One triangle over the whole map.

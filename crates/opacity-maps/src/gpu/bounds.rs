@@ -3,6 +3,7 @@
 //! Opacity passes and shading read one texture of (-first, last), empty texels (-1, 0): what MAX
 //! blending leaves as it is. The other routes need a further pass that joins what they leave.
 
+use super::targets::{blend_state, need_blendable};
 use super::{
     OpacityGpuError,
     raster::{Pipelines, Raster, Slot, Stage, bind, depth_state, depth_texture, layout, whole},
@@ -133,14 +134,10 @@ impl Bounds {
         };
         let route = match end_map {
             EndMap::MaxBlend => {
-                let component = wgpu::BlendComponent {
-                    src_factor: wgpu::BlendFactor::One,
-                    dst_factor: wgpu::BlendFactor::One,
-                    operation: wgpu::BlendOperation::Max,
-                };
+                let one = (wgpu::BlendFactor::One, wgpu::BlendFactor::One);
                 let target = wgpu::ColorTargetState {
                     format,
-                    blend: Some(wgpu::BlendState { color: component, alpha: component }),
+                    blend: Some(blend_state(one, one, wgpu::BlendOperation::Max)),
                     write_mask: wgpu::ColorWrites::ALL,
                 };
                 let targets = [Some(target)];
@@ -239,15 +236,6 @@ impl Bounds {
             pass.set_bind_group(0, &join.group, &[]);
             pass.dispatch_workgroups(self.size[0].div_ceil(64), self.size[1], 1);
         });
-    }
-}
-
-/// Refuses 32-bit blending where the device has not got it.
-pub(super) fn need_blendable(gpu: &Gpu, what: &str) -> Result<(), GpuError> {
-    if gpu.device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
-        Ok(())
-    } else {
-        Err(GpuError::Missing { what: what.into(), feature: "FLOAT32_BLENDABLE" })
     }
 }
 

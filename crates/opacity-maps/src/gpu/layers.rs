@@ -8,6 +8,10 @@ use crate::layered::{
 };
 use crate::{Bins, Fragments, Layered, Layout, Opaque, Split, SplitKind};
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::wgpu;
+
+/// Shader of the passes that fill layers.
+pub(super) const PATH: &str = "opacity-maps/layers.wgsl";
 
 /// Mirrors `LayerParams` of `common/opacity_layers.wgsl`.
 #[repr(C)]
@@ -24,7 +28,7 @@ pub(super) struct LayerParams {
     write_bias: f32,
     scale: f32,
     last_entry: u32,
-    pad: u32,
+    texels: u32,
 }
 
 impl LayerParams {
@@ -45,12 +49,19 @@ pub(super) struct Placed {
     pub constants: [(&'static str, f64); 4],
 }
 
+/// What the passes that fill layers read.
+pub(super) struct Inputs<'a> {
+    pub placed: &'a Placed,
+    pub bounds: &'a wgpu::TextureView,
+    pub table: &'a wgpu::Buffer,
+}
+
 /// Places layers. `fragments` are looked at for planes alone, which an application knows from the
 /// boxes around its objects, or from their structure: they are no part of a frame.
 pub(super) fn place<E>(
     layered: &Layered,
     opaque: Opaque,
-    width: u32,
+    [width, height]: [u32; 2],
     scale: f32,
     fragments: impl FnOnce() -> Result<Fragments, E>,
 ) -> Result<Placed, E> {
@@ -59,6 +70,8 @@ pub(super) fn place<E>(
         layers,
         end: layers,
         width,
+        // Maps of more texels do not fit a texture or a buffer.
+        texels: width.saturating_mul(height),
         write_bias: layered.write_bias,
         scale,
         ..LayerParams::default()
@@ -126,7 +139,7 @@ mod tests {
     #[test]
     fn uniform_has_the_layout_of_the_shader() {
         crate::gpu::mirror::<LayerParams>(
-            "opacity-maps/layers.wgsl",
+            PATH,
             "LayerParams",
             &[
                 ("layers", 0),
@@ -140,7 +153,7 @@ mod tests {
                 ("write_bias", 32),
                 ("scale", 36),
                 ("last_entry", 40),
-                ("pad0", 44),
+                ("texels", 44),
             ],
         );
     }

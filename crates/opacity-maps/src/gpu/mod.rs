@@ -5,6 +5,7 @@
 //! "opacity", ...), and "shade". Everything is made in [`Renderer::new`]; the port is checked on
 //! the [`fragments`] that this very device rasterises.
 
+mod bins;
 mod bounds;
 mod error;
 mod fragments;
@@ -12,6 +13,7 @@ mod layered;
 mod layers;
 mod raster;
 mod shade;
+mod targets;
 
 pub use error::OpacityGpuError;
 pub use fragments::fragments;
