@@ -19,7 +19,8 @@
 use crate::{
     Format, Fourier, Fragment,
     code::TexelCode,
-    gather::{self, Bounds, Place},
+    gather::{self, Place, WHOLE},
+    layered::placement::Bounds,
 };
 use std::f64::consts::TAU;
 
@@ -45,14 +46,14 @@ impl Code {
     }
 
     fn bounds(&self, words: &[f32]) -> Bounds {
-        if self.settings.bounded { Bounds { z0: words[0], z1: words[1] } } else { Bounds::WHOLE }
+        if self.settings.bounded { Bounds { first: words[0], last: words[1] } } else { WHOLE }
     }
 
     /// Ω at a depth, neither clamped nor rounded.
     fn omega(&self, words: &[f32], depth: f32) -> f32 {
         let coefficients = &words[self.header()..];
         let total = 0.5 * coefficients[0];
-        let angle = match self.bounds(words).place(depth) {
+        let angle = match gather::place(self.bounds(words), depth) {
             Place::Front => return 0.0,
             Place::Behind => return total,
             Place::Inside(share) => angle(&self.settings, f64::from(share)) as f32,
@@ -121,15 +122,15 @@ impl TexelCode for Code {
         _: &mut Vec<Fragment>,
         words: &mut [f32],
     ) {
-        let mut bounds = Bounds::WHOLE;
+        let mut bounds = WHOLE;
         if self.settings.bounded {
             bounds = Bounds::of(fragments, opaque, self.opaque_in_bounds);
-            words[..2].copy_from_slice(&[bounds.z0, bounds.z1]);
+            words[..2].copy_from_slice(&[bounds.first, bounds.last]);
         }
         let coefficients = &mut words[self.header()..];
         coefficients.fill(0.0);
         for f in gather::everything(fragments, opaque) {
-            let angle = angle(&self.settings, bounds.share_exactly(f.depth));
+            let angle = angle(&self.settings, gather::share(bounds, f.depth));
             match self.settings.format {
                 Format::F16 => add_halves(coefficients, f.omega, angle),
                 _ => add(coefficients, f.omega, angle as f32),
@@ -177,23 +178,20 @@ pub fn reference_omega(
     opaque_in_bounds: bool,
     depth: f32,
 ) -> f64 {
-    let bounds = if settings.bounded {
-        Bounds::of(fragments, opaque, opaque_in_bounds)
-    } else {
-        Bounds::WHOLE
-    };
+    let bounds =
+        if settings.bounded { Bounds::of(fragments, opaque, opaque_in_bounds) } else { WHOLE };
     let place = |share| angle(settings, share);
     let coefficient = |of: &dyn Fn(f64) -> f64| {
         gather::everything(fragments, opaque).fold(0.0, |sum, f| {
-            let term = 2.0 * f64::from(f.omega) * of(place(bounds.share_exactly(f.depth)));
+            let term = 2.0 * f64::from(f.omega) * of(place(gather::share(bounds, f.depth)));
             gather::stored_exactly(settings.format, sum + term)
         })
     };
     let total = coefficient(&|_| 1.0) / 2.0;
-    let end = match bounds.place(depth) {
+    let end = match gather::place(bounds, depth) {
         Place::Front => return 0.0,
         Place::Behind => return total,
-        Place::Inside(_) => place(bounds.share_exactly(depth)),
+        Place::Inside(_) => place(gather::share(bounds, depth)),
     };
     let term = |k: u32| {
         let k = f64::from(k);

@@ -1,14 +1,14 @@
 //! What the codes that are no layers share: a texel's fragments, their bounds, storage formats.
 
-use crate::{Format, Fragment};
+use crate::{
+    Format, Fragment,
+    layered::placement::{Bounds, THINNEST},
+};
 use half::f16;
 
 /// Thickness beyond which nothing is told apart: e^-1e6 is 0 in any float, and sums of a million
 /// such fragments stay finite.
 pub const MOST_OMEGA: f32 = 1e6;
-
-/// Least distance between the bounds of a ray that has an inside.
-pub const LEAST_SPAN: f32 = 1e-6;
 
 /// The translucent fragments in the order they are drawn, then the opaque one.
 pub fn everything(
@@ -32,14 +32,8 @@ pub fn sorted(fragments: &[Fragment], opaque: Option<Fragment>, out: &mut Vec<Fr
     out.sort_unstable_by_key(key);
 }
 
-/// First and last depth of a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// First.
-    pub z0: f32,
-    /// Last.
-    pub z1: f32,
-}
+/// The light's whole range.
+pub const WHOLE: Bounds = Bounds { first: 0.0, last: 1.0 };
 
 /// Where a depth lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,51 +46,25 @@ pub enum Place {
     Behind,
 }
 
-impl Bounds {
-    /// The light's whole range.
-    pub const WHOLE: Self = Self { z0: 0.0, z1: 1.0 };
-    /// Of a ray that meets nothing.
-    pub const EMPTY: Self = Self { z0: 1.0, z1: 0.0 };
-
-    /// Of the translucent fragments, and of the opaque one where it counts.
-    pub fn of(fragments: &[Fragment], opaque: Option<Fragment>, opaque_counts: bool) -> Self {
-        let counted = everything(fragments, opaque.filter(|_| opaque_counts));
-        let mut bounds: Option<Self> = None;
-        for f in counted {
-            let seen = bounds.unwrap_or(Self { z0: f.depth, z1: f.depth });
-            bounds = Some(Self { z0: seen.z0.min(f.depth), z1: seen.z1.max(f.depth) });
-        }
-        bounds.unwrap_or(Self::EMPTY)
+/// Where a receiver lies. A ray that is thinner than [`THINNEST`] has no inside.
+pub fn place(bounds: Bounds, depth: f32) -> Place {
+    let thin = bounds.last - bounds.first < THINNEST;
+    if depth <= bounds.first || (thin && depth <= bounds.last) {
+        Place::Front
+    } else if depth > bounds.last {
+        Place::Behind
+    } else {
+        Place::Inside(bounds.local(depth))
     }
+}
 
-    /// Share of the way at which a fragment is stored, 0..=1.
-    pub fn share(self, depth: f32) -> f32 {
-        let span = self.z1 - self.z0;
-        if span < LEAST_SPAN {
-            return if depth <= self.z1 { 0.0 } else { 1.0 };
-        }
-        ((depth - self.z0) / span).clamp(0.0, 1.0)
+/// Share of the way from the first to the last, 0..=1, at which a fragment is stored.
+pub fn share(bounds: Bounds, depth: f32) -> f64 {
+    if bounds.last - bounds.first < THINNEST {
+        return f64::from(bounds.local(depth));
     }
-
-    /// [`Bounds::share`] in f64, for references.
-    pub fn share_exactly(self, depth: f32) -> f64 {
-        if self.z1 - self.z0 < LEAST_SPAN {
-            return if depth <= self.z1 { 0.0 } else { 1.0 };
-        }
-        let (z0, z1) = (f64::from(self.z0), f64::from(self.z1));
-        ((f64::from(depth) - z0) / (z1 - z0)).clamp(0.0, 1.0)
-    }
-
-    /// Where a receiver lies. A ray that is thinner than [`LEAST_SPAN`] has no inside.
-    pub fn place(self, depth: f32) -> Place {
-        if depth <= self.z0 || (self.z1 - self.z0 < LEAST_SPAN && depth <= self.z1) {
-            Place::Front
-        } else if depth > self.z1 {
-            Place::Behind
-        } else {
-            Place::Inside(self.share(depth))
-        }
-    }
+    let (first, last) = (f64::from(bounds.first), f64::from(bounds.last));
+    ((f64::from(depth) - first) / (last - first)).clamp(0.0, 1.0)
 }
 
 /// A sum as a float format stores it; a half that would overflow stays at its largest. Sums are
@@ -132,16 +100,22 @@ mod tests {
     fn places_follow_the_strict_order_of_depths() {
         let at = |depth| Fragment { depth, omega: 1.0 };
         let ray = Bounds::of(&[at(0.75), at(0.25)], Some(at(0.9)), false);
-        assert_eq!(ray, Bounds { z0: 0.25, z1: 0.75 });
-        assert_eq!(ray.place(0.25), Place::Front);
-        assert_eq!(ray.place(0.5), Place::Inside(0.5));
-        assert_eq!(ray.place(0.75), Place::Inside(1.0));
-        assert_eq!(ray.place(0.7501), Place::Behind);
-        assert_eq!(Bounds::of(&[at(0.75)], Some(at(0.9)), true).z1, 0.9);
+        assert_eq!(place(ray, 0.25), Place::Front);
+        assert_eq!(place(ray, 0.5), Place::Inside(0.5));
+        assert_eq!(place(ray, 0.75), Place::Inside(1.0));
+        assert_eq!(place(ray, 0.7501), Place::Behind);
         let thin = Bounds::of(&[at(0.5)], None, true);
-        assert_eq!((thin.place(0.5), thin.place(0.50001)), (Place::Front, Place::Behind));
-        assert_eq!(Bounds::of(&[], Some(at(0.5)), false), Bounds::EMPTY);
-        assert_eq!(Bounds::EMPTY.place(1.0), Place::Front);
+        assert_eq!((place(thin, 0.5), place(thin, 0.50001)), (Place::Front, Place::Behind));
+        assert_eq!(place(Bounds::EMPTY, 1.0), Place::Front);
+    }
+
+    #[test]
+    fn shares_of_the_way_stay_within_it() {
+        let ray = Bounds { first: 0.25, last: 0.75 };
+        let shares = [0.0, 0.25, 0.5, 0.75, 0.9].map(|depth| share(ray, depth));
+        assert_eq!(shares, [0.0, 0.0, 0.5, 1.0, 1.0]);
+        let thin = Bounds { first: 0.5, last: 0.5 };
+        assert_eq!([0.4, 0.5, 0.6].map(|depth| share(thin, depth)), [0.0, 0.0, 1.0]);
     }
 
     #[test]

@@ -31,7 +31,8 @@
 use crate::{
     Format, Fragment, Moments,
     code::TexelCode,
-    gather::{self, Bounds, Place},
+    gather::{self, Place, WHOLE},
+    layered::placement::Bounds,
 };
 use std::f32::consts::TAU;
 
@@ -77,11 +78,11 @@ impl Code {
 
     fn transmittance(&self, words: &[f32], depth: f32) -> f32 {
         let bounds = match self.settings.bounded {
-            true => Bounds { z0: words[0], z1: words[1] },
-            false => Bounds::WHOLE,
+            true => Bounds { first: words[0], last: words[1] },
+            false => WHOLE,
         };
         let b = &words[self.header()..self.header() + self.count()];
-        match bounds.place(depth) {
+        match gather::place(bounds, depth) {
             _ if b[0] <= 0.0 => 1.0,
             Place::Front => 1.0,
             Place::Behind => (-b[0]).exp(),
@@ -238,15 +239,15 @@ impl TexelCode for Code {
         _: &mut Vec<Fragment>,
         words: &mut [f32],
     ) {
-        let mut bounds = Bounds::WHOLE;
+        let mut bounds = WHOLE;
         if self.settings.bounded {
             bounds = Bounds::of(fragments, opaque, self.opaque_in_bounds);
-            words[..2].copy_from_slice(&[bounds.z0, bounds.z1]);
+            words[..2].copy_from_slice(&[bounds.first, bounds.last]);
         }
         let b = &mut words[self.header()..];
         b.fill(0.0);
         for f in gather::everything(fragments, opaque) {
-            let z = 2.0 * bounds.share_exactly(f.depth) - 1.0;
+            let z = 2.0 * gather::share(bounds, f.depth) - 1.0;
             let mut term = f64::from(f.omega);
             for sum in b.iter_mut() {
                 *sum = gather::stored(self.settings.format, f64::from(*sum) + term);
@@ -294,7 +295,7 @@ pub fn reference(
 ) -> f64 {
     let bounds = match settings.bounded {
         true => Bounds::of(fragments, opaque, opaque_in_bounds),
-        false => Bounds::WHOLE,
+        false => WHOLE,
     };
     let b = reference_moments(settings, fragments, opaque, bounds);
     reference_decode(settings, &b, bounds, depth)
@@ -309,12 +310,12 @@ pub fn reference_mean<'a>(
     let mut sums = vec![0.0; settings.moments as usize + 1];
     let mut n = 0.0;
     for (fragments, opaque) in texels {
-        let b = reference_moments(settings, fragments, opaque, Bounds::WHOLE);
+        let b = reference_moments(settings, fragments, opaque, WHOLE);
         sums.iter_mut().zip(b).for_each(|(sum, b)| *sum += b);
         n += 1.0;
     }
     sums.iter_mut().for_each(|sum| *sum /= f64::max(n, 1.0));
-    reference_decode(settings, &sums, Bounds::WHOLE, depth)
+    reference_decode(settings, &sums, WHOLE, depth)
 }
 
 fn reference_moments(
@@ -325,7 +326,7 @@ fn reference_moments(
 ) -> Vec<f64> {
     let moment = |power: i32| {
         gather::everything(fragments, opaque).fold(0.0, |sum, f| {
-            let z = 2.0 * bounds.share_exactly(f.depth) - 1.0;
+            let z = 2.0 * gather::share(bounds, f.depth) - 1.0;
             gather::stored_exactly(settings.format, sum + f64::from(f.omega) * z.powi(power))
         })
     };
@@ -333,14 +334,14 @@ fn reference_moments(
 }
 
 fn reference_decode(settings: &Moments, b: &[f64], bounds: Bounds, depth: f32) -> f64 {
-    let place = bounds.place(depth);
+    let place = gather::place(bounds, depth);
     if b[0] <= 0.0 || place == Place::Front {
         return 1.0;
     }
     if place == Place::Behind {
         return (-b[0]).exp();
     }
-    let x = 2.0 * bounds.share_exactly(depth) - 1.0;
+    let x = 2.0 * gather::share(bounds, depth) - 1.0;
     let bias = bias(settings);
     let mut m: Vec<f64> = b.iter().map(|moment| moment / b[0]).collect();
     for (moment, safe) in m[1..].iter_mut().zip(safe(settings.moments)) {
