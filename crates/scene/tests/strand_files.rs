@@ -236,6 +236,13 @@ fn truncated_and_damaged_files_never_panic() {
     let full =
         Hair { segments: Some(vec![2, 2]), thickness: Some(vec![0.02; 6]), ..Hair::default() };
     let (mut loaded, mut failed) = (0, 0);
+    // One folder for thousands of files.
+    let folder = tempfile::tempdir().unwrap();
+    let load = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        import::load(&path)
+    };
     for (name, bytes, needed) in [("x.tfx", tfx(), 288), ("x.hair", hair(&full), 228)] {
         for end in 0..bytes.len() {
             // What follows the positions of a TressFX file is not read.
