@@ -304,7 +304,7 @@ const TECHNIQUES: &[Technique] = &[
     technique(
         "moments",
         "Moment-based transmittance",
-        "munstermann2018",
+        "muenstermann2018",
         NO_GPU,
         &[variant("four", "four power moments"), variant("six", "six power moments")],
         knobs![
