@@ -8,6 +8,7 @@
 mod cascades;
 pub mod case;
 mod errors;
+mod gates;
 mod maps;
 mod picture;
 mod port;
@@ -52,7 +53,7 @@ impl Problem for TranslucentShadow {
     }
 
     fn gates(&self) -> Vec<Gate> {
-        Vec::new()
+        gates::all()
     }
 
     fn claims(&self) -> Vec<Claim> {

@@ -1,0 +1,70 @@
+//! The correctness gates, each with a deliberate fault that it must catch.
+
+mod cascades;
+mod input;
+mod shared;
+
+use crate::{
+    SuiteError,
+    verify::{Gate, GateContext, Tally},
+};
+
+/// Every gate of the problem.
+pub fn all() -> Vec<Gate> {
+    let mut gates = shared::gates();
+    gates.extend(cascades::gates());
+    gates
+}
+
+/// What a gate says about itself.
+struct About {
+    technique: &'static str,
+    name: &'static str,
+    statement: &'static str,
+    fault: &'static str,
+}
+
+/// What all techniques share.
+const ALL: &str = "-";
+
+/// A gate from one check that can be run with its fault.
+fn gate(
+    about: About,
+    check: impl Fn(&GateContext<'_>, bool) -> Result<Tally, SuiteError> + Copy + Send + Sync + 'static,
+) -> Gate {
+    Gate {
+        technique: about.technique.into(),
+        name: about.name.into(),
+        statement: about.statement,
+        needs_gpu: false,
+        run: Box::new(move |context| check(context, false)),
+        fault: about.fault,
+        control: Box::new(move |context| check(context, true)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        problems::translucent_shadow::{SPEC, TranslucentShadow},
+        verify::{self, GateContext, Outcome},
+    };
+    use dapple_gpu::testing::test_gpu;
+
+    #[test]
+    fn every_gate_passes_and_catches_its_fault_and_no_technique_is_without() {
+        let gpu = test_gpu();
+        for seed in 0..3 {
+            let context = GateContext { gpu: gpu.filter(|_| seed == 0), cases: 24, seed };
+            let reports = verify::run(&[&TranslucentShadow], None, &context, |_| {});
+            for r in &reports {
+                let passed = r.outcome == Outcome::Passed && r.checked > 0 && r.control_failed > 0;
+                let not_run = r.outcome == Outcome::NotRun && context.gpu.is_none();
+                let what = format!("seed {seed}: {} {}", r.technique, r.gate);
+                assert!(passed || not_run, "{what}: {:?} {}", r.outcome, r.detail);
+            }
+            assert!(verify::ungated(&TranslucentShadow, &reports).is_empty());
+            assert!(reports.len() > 4 * SPEC.techniques.len());
+        }
+    }
+}
