@@ -105,14 +105,8 @@ pub fn banding(grid: &Grid<'_>, transmittance: impl Fn(usize, f32) -> f32 + Sync
             let depth = at(i);
             f64::from(transmittance(*texel, depth)) - grid.own.transmittance(*texel, depth)
         };
-        let mut last = error(0);
-        let mut sum = 0.0;
-        for i in 1..=STEPS {
-            let now = error(i);
-            sum += (now - last).powi(2);
-            last = now;
-        }
-        Some(sum / STEPS as f64)
+        let errors: Vec<f64> = (0..=STEPS).map(error).collect();
+        dapple_metrics::bands::banding(&errors).ok().map(|step| step * step)
     };
     let sums: Vec<f64> = rays.par_iter().filter_map(one).collect();
     (!sums.is_empty()).then(|| (sums.iter().sum::<f64>() / sums.len() as f64).sqrt())
