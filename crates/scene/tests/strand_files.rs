@@ -236,10 +236,12 @@ fn truncated_and_damaged_files_never_panic() {
     let full =
         Hair { segments: Some(vec![2, 2]), thickness: Some(vec![0.02; 6]), ..Hair::default() };
     let (mut loaded, mut failed) = (0, 0);
-    // One folder for thousands of files.
+    // One folder for thousands of files; each is new, as a disk is slow to write over an old one.
     let folder = tempfile::tempdir().unwrap();
-    let load = |name: &str, bytes: &[u8]| {
-        let path = folder.path().join(name);
+    let mut written = 0;
+    let mut load = |name: &str, bytes: &[u8]| {
+        written += 1;
+        let path = folder.path().join(format!("{written}{name}"));
         std::fs::write(&path, bytes).unwrap();
         import::load(&path)
     };
