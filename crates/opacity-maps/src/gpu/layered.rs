@@ -255,10 +255,10 @@ fn blended(
         }
     };
     let flag = |on: bool| f64::from(u8::from(on));
-    let (mode, by_alpha) = match layered.blend {
-        Blend::Add => (0.0, false),
-        Blend::Over => (1.0, false),
-        Blend::Alpha | Blend::Premultiplied => (2.0, true),
+    let mode = match layered.blend {
+        Blend::Add => 0.0,
+        Blend::Over => 1.0,
+        Blend::Alpha | Blend::Premultiplied => 2.0,
     };
     let mut constants = inputs.placed.constants.to_vec();
     constants.extend([
@@ -280,11 +280,8 @@ fn blended(
         depth_tested,
     };
     TargetMaps::new(gpu, raster, &target, |drawn| {
-        // In states whose channels are not independent, a texture of one layer is still darkened
-        // by what goes into its unused channels.
-        let unused = if by_alpha { 4 - per_texture } else { 0 };
-        let (first, end) = (drawn.start * per_texture, drawn.end * per_texture);
-        let params = inputs.placed.params.of_pass(first, end + unused);
+        let params =
+            inputs.placed.params.of_pass(drawn.start * per_texture, drawn.end * per_texture);
         let params = gpu.uniform("layers of a pass", &params)?;
         let bounds = wgpu::BindingResource::TextureView(inputs.bounds);
         Ok(bind(gpu, &slots, &[whole(&params), bounds, whole(inputs.table)]))
