@@ -142,6 +142,38 @@ fn no_criterion_errs_less_than_the_oracle() {
     }
 }
 
+/// Tables A.11 with all that the thesis had: its table of bytes, K - 1 bins, maps clipped to 8 bits.
+/// There a single tree (sparse) has λ* 0.7, 0.2, 0.2 at K = 4, 16, 32 by correlation; grass from
+/// the side (dense) 1.0, 0.8, 0.7; absolute differences 1.0 nearly everywhere.
+#[test]
+fn the_best_split_falls_with_layers_and_rises_with_density_as_the_thesis_found() {
+    let best = |criterion, layers, fragments: &Fragments| {
+        let mut settings = bounding(layers);
+        if let Code::Layered(layered) = &mut settings.code {
+            let split = Split { lambda: 0.0, kind: SplitKind::Listing, width: 512 };
+            layered.layout = Layout::Bounded { split, bins: Bins::Thesis };
+        }
+        let scoring = Scoring::thesis(criterion);
+        let plan = Plan { scoring, ..Plan::plain(settings, criterion) };
+        let mut search = Search::new(fragments.width, fragments.height, plan).unwrap();
+        assert_eq!(finish(&mut search, fragments), 11);
+        search.lambda()
+    };
+    for seed in [7, 8] {
+        let (sparse, dense) = (volume(96, seed, 4.0, 0.69), volume(96, seed, 10.0, 0.69));
+        let all = |criterion, fragments: &Fragments| {
+            [4, 16, 32].map(|layers| best(criterion, layers, fragments))
+        };
+        let (tree, grass) =
+            (all(Criterion::Correlation, &sparse), all(Criterion::Correlation, &dense));
+        assert!(tree[0] > tree[1] && tree[1] > tree[2], "{tree:?}");
+        assert!(grass[0] > grass[1] && grass[1] >= grass[2], "{grass:?}");
+        assert!(tree.iter().zip(&grass).all(|(t, g)| t < g), "{tree:?} {grass:?}");
+        let differences = all(Criterion::Sad, &dense);
+        assert!(differences.iter().all(|&lambda| lambda > 0.85), "{differences:?}");
+    }
+}
+
 #[test]
 fn tiles_beat_one_split_for_all_where_dense_and_sparse_stand_side_by_side() {
     let fragments = mixed(64, 1);
