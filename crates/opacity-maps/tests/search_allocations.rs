@@ -2,6 +2,8 @@
 //!
 //! A binary of its own: the counters belong to the whole process, so it holds one test.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+
 #[path = "search/rays.rs"]
 mod rays;
 

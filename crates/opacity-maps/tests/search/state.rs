@@ -38,7 +38,7 @@ fn a_search_scores_eleven_frames_and_then_rests() {
 #[test]
 fn the_adopted_split_is_drawn_while_others_are_tried_if_so_asked() {
     let mut cycle = Cycle::new(Criterion::Sad, THESIS, Shown::Adopted);
-    let (_, first) = run(&mut cycle, |lambda| f64::from(lambda));
+    let (_, first) = run(&mut cycle, f64::from);
     assert!(first[..11].iter().all(|&l| l == 0.0) && first[11..].iter().all(|&l| l == 1.0));
     cycle.needs_recompute();
     let (scored, second) = run(&mut cycle, |lambda| -f64::from(lambda));
