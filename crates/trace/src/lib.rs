@@ -11,6 +11,7 @@ mod camera_layers;
 mod error;
 mod filtered;
 mod light;
+mod light_cells;
 mod light_fragments;
 mod light_raster;
 mod lists;

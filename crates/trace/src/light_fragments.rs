@@ -1,7 +1,7 @@
 //! Everything a light meets through each texel's centre: the uncompressed deep shadow map.
 
 use crate::error::TraceError;
-use crate::light_raster::{light_fragments_by_raster, raster};
+use crate::light_raster::{Raster, light_fragments_by_raster};
 use crate::lists;
 use crate::tracer::{Ray, Tracer};
 use dapple_scene::LightView;
@@ -47,13 +47,16 @@ impl LightFragments {
 
     /// Sorts each texel's fragments by depth, those at one depth in the order they are drawn in.
     pub fn sort_by_depth(&mut self) {
-        let row = self.width as usize;
-        let sort = |part: Part| {
+        let row = (self.width as usize).max(1);
+        let depth = lists::split(&self.starts, row, &mut self.depth);
+        let triangle = lists::split(&self.starts, row, &mut self.triangle);
+        let starts = self.starts.par_windows(row + 1).step_by(row);
+        let rows = depth.into_par_iter().zip(triangle).zip(starts);
+        rows.for_each(|((depth, triangle), starts)| {
             let mut texel = Vec::new();
-            for range in part.starts.windows(2) {
-                let range =
-                    (range[0] - part.starts[0]) as usize..(range[1] - part.starts[0]) as usize;
-                let (depth, triangle) = (&mut part.depth[range.clone()], &mut part.triangle[range]);
+            for list in starts.windows(2) {
+                let list = (list[0] - starts[0]) as usize..(list[1] - starts[0]) as usize;
+                let (depth, triangle) = (&mut depth[list.clone()], &mut triangle[list]);
                 texel.clear();
                 texel.extend(depth.iter().copied().zip(triangle.iter().copied()));
                 texel.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -61,44 +64,8 @@ impl LightFragments {
                     (depth[i], triangle[i]) = fragment;
                 }
             }
-        };
-        parts(&self.starts, row, &mut self.depth, &mut self.triangle)
-            .into_par_iter()
-            .for_each(sort);
-    }
-}
-
-/// Consecutive texels with the fragments that are theirs.
-pub(crate) struct Part<'a> {
-    /// One more than texels; places in the whole map.
-    pub starts: &'a [u32],
-    pub depth: &'a mut [f32],
-    pub triangle: &'a mut [u32],
-}
-
-/// A map in parts of `texels` each, the last one with what is left.
-pub(crate) fn parts<'a>(
-    starts: &'a [u32],
-    texels: usize,
-    mut depth: &'a mut [f32],
-    mut triangle: &'a mut [u32],
-) -> Vec<Part<'a>> {
-    let mut parts = Vec::new();
-    let mut first = 0;
-    while first + 1 < starts.len() {
-        let last = (first + texels.max(1)).min(starts.len() - 1);
-        let count = (starts[last] - starts[first]) as usize;
-        let (depth_here, triangle_here);
-        (depth_here, depth) = depth.split_at_mut(count);
-        (triangle_here, triangle) = triangle.split_at_mut(count);
-        parts.push(Part {
-            starts: &starts[first..=last],
-            depth: depth_here,
-            triangle: triangle_here,
         });
-        first = last;
     }
-    parts
 }
 
 /// All fragments of a light's map: by filling triangles where the light is parallel, by rays where it
@@ -113,7 +80,7 @@ pub fn light_fragments(
     width: u32,
     height: u32,
 ) -> Result<LightFragments, TraceError> {
-    match raster(tracer, view, [width, height]) {
+    match Raster::of(tracer, view, [width, height]) {
         Some(raster) => light_fragments_by_raster(tracer, &raster, MAX_LIGHT_FRAGMENTS),
         None => light_fragments_by_rays(tracer, view, width, height),
     }
@@ -209,7 +176,7 @@ mod tests {
         let tracer = Tracer::build(&scene).unwrap();
         let view = LightView::fit_directional(DVec3::NEG_Y, &scene.bounds()).unwrap();
         let size = [40, 100];
-        let raster = raster(&tracer, &view, size).unwrap();
+        let raster = Raster::of(&tracer, &view, size).unwrap();
         let count = light_fragments(&tracer, &view, size[0], size[1]).unwrap().depth.len();
         assert!(count > 3000, "{count}");
         for limit in [count - 1, 100, 0] {

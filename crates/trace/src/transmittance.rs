@@ -2,9 +2,10 @@
 //! truth without a map's resolution.
 
 use crate::filtered::{PLANE_EPSILON, plane_in_map, plane_point, reach};
+use crate::light_cells::LightRays;
 use crate::opacity::Opacities;
 use crate::sampling::{seed_of, stratified};
-use crate::tracer::{Ray, Tracer};
+use crate::tracer::Tracer;
 use dapple_scene::LightView;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,6 +13,10 @@ use std::ops::ControlFlow;
 
 /// What lets less light through than this counts as dark, and is not followed further.
 pub const LEAST_TRANSMITTANCE: f64 = 1e-9;
+
+/// Units of optical thickness a whole one is counted in. Sums of integers do not depend on the order
+/// in which the tree finds the surfaces; 2^-56 is below the rounding of a double near 1.
+const THICKNESS_UNITS: f64 = (1_u64 << 56) as f64;
 
 /// How the opacities of the surfaces in the way add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,42 +70,14 @@ pub fn transmittance(
     path: &LightPath,
     seed: u64,
 ) -> f64 {
-    let along = |ray: &Ray| along(tracer, opacities, law, ray, path.triangle);
-    let at = view.project(path.position);
-    let epsilon = tracer.epsilon_m() / (view.far_m - view.near_m);
-    let level = |u: f64, v: f64| {
-        let (origin, direction) = view.ray(u, v);
-        along(&Ray { origin, direction, t_min: 0.0, t_max: at.z - epsilon })
-    };
-    let Some(Footprint { width_uv, grid }) = footprint else {
-        return level(at.x, at.y);
-    };
-    let window = stratified(grid.max(1), seed)
-        .map(|(a, b)| (at.x + width_uv * (a - 0.5), at.y + width_uv * (b - 0.5)));
-    let normal = tracer.normal(path.triangle).filter(|_| path.opaque);
-    let plane = normal.and_then(|normal| {
-        let towards_light = if normal.dot(view.ray(at.x, at.y).1) > 0.0 { -normal } else { normal };
-        Some((towards_light, plane_in_map(view, path.position, towards_light)?))
-    });
-    let Some((normal, plane)) = plane else {
-        let cells = f64::from(grid.max(1)) * f64::from(grid.max(1));
-        return window.map(|(u, v)| level(u, v)).sum::<f64>() / cells;
-    };
-    let reach = reach(view, &plane, width_uv);
-    let (mut sum, mut counted) = (0.0, 0_u64);
-    for (u, v) in window {
-        let Some((origin, direction, z)) = plane_point(view, path.position, normal, u, v) else {
-            continue;
-        };
-        let near = Ray { origin, direction, t_min: z - reach, t_max: z + reach };
-        let surface = own_surface(tracer, opacities, &near, path.triangle, z).unwrap_or(z);
-        sum += along(&Ray { origin, direction, t_min: 0.0, t_max: surface - PLANE_EPSILON });
-        counted += 1;
-    }
-    if counted == 0 { 0.0 } else { sum / counted as f64 }
+    let rays = LightRays::by_tree(tracer, view);
+    Through { tracer, opacities, view, law, rays }.transmittance(footprint, path, seed)
 }
 
 /// [`transmittance`] of every receiver, in parallel, each with a seed of its own.
+///
+/// Rays of parallel light are found in another way than one by one, which takes a moment to prepare;
+/// where an edge runs exactly through a ray, it may choose the other side.
 pub fn transmittance_all(
     tracer: &Tracer,
     opacities: &Opacities,
@@ -110,54 +87,101 @@ pub fn transmittance_all(
     paths: &[LightPath],
     seed: u64,
 ) -> Vec<f64> {
-    let one = |(i, path): (usize, &LightPath)| {
-        transmittance(tracer, opacities, view, law, footprint, path, seed_of(seed, i))
-    };
+    let rays = LightRays::by_cells(tracer, view);
+    let through = Through { tracer, opacities, view, law, rays };
+    let one = |(i, path)| through.transmittance(footprint, path, seed_of(seed, i));
     paths.par_iter().enumerate().map(one).collect()
 }
 
-/// Units of optical thickness a whole one is counted in. Sums of integers do not depend on the order
-/// in which the tree finds the surfaces; 2^-56 is below the rounding of a double near 1.
-const THICKNESS_UNITS: f64 = (1_u64 << 56) as f64;
-
-fn along(tracer: &Tracer, opacities: &Opacities, law: Law, ray: &Ray, skip: u32) -> f64 {
-    let limit = (-LEAST_TRANSMITTANCE.ln() * THICKNESS_UNITS) as u64;
-    let mut sum = 0_u64;
-    tracer.visit_once(ray, |hit| {
-        if hit.triangle == skip {
-            return ControlFlow::Continue(());
-        }
-        let alpha = f64::from(opacities.alpha(hit.triangle));
-        if alpha >= 1.0 {
-            sum = u64::MAX;
-            return ControlFlow::Break(());
-        }
-        let thickness = match law {
-            // An f32 below 1 has a logarithm of at most 17: no sum up to the limit overflows.
-            Law::Product => -(-alpha).ln_1p(),
-            Law::Exponential => alpha,
-        };
-        sum += (thickness * THICKNESS_UNITS).round() as u64;
-        if sum > limit { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    if sum > limit { 0.0 } else { (-(sum as f64 / THICKNESS_UNITS)).exp() }
+/// What a light's rays pass, and how it adds up.
+struct Through<'a> {
+    tracer: &'a Tracer,
+    opacities: &'a Opacities,
+    view: &'a LightView,
+    law: Law,
+    rays: LightRays<'a>,
 }
 
-/// The distance of the hit nearest to `z` on the surface of opaque triangle `own`.
-fn own_surface(tracer: &Tracer, opacities: &Opacities, ray: &Ray, own: u32, z: f64) -> Option<f64> {
-    let mut nearest: Option<f64> = None;
-    tracer.visit_once(ray, |hit| {
-        // What is connected is of one mesh, hence of one material.
-        // Of two as near the one in front, in whatever order they are found.
-        let rank = |t: f64| ((t - z).abs(), t);
-        let closer = nearest.is_none_or(|n| rank(hit.t) < rank(n));
-        if closer
-            && opacities.is_opaque(hit.triangle)
-            && tracer.is_same_surface(hit.triangle, own, ray.direction)
-        {
-            nearest = Some(hit.t);
+impl Through<'_> {
+    fn transmittance(&self, footprint: Option<Footprint>, path: &LightPath, seed: u64) -> f64 {
+        let (tracer, view) = (self.tracer, self.view);
+        let at = view.project(path.position);
+        let epsilon = tracer.epsilon_m() / (view.far_m - view.near_m);
+        let level = |u: f64, v: f64| self.along([u, v], at.z - epsilon, path.triangle);
+        let Some(Footprint { width_uv, grid }) = footprint else {
+            return level(at.x, at.y);
+        };
+        let window = stratified(grid.max(1), seed)
+            .map(|(a, b)| (at.x + width_uv * (a - 0.5), at.y + width_uv * (b - 0.5)));
+        let normal = tracer.normal(path.triangle).filter(|_| path.opaque);
+        let plane = normal.and_then(|normal| {
+            let away = normal.dot(view.ray(at.x, at.y).1) > 0.0;
+            let normal = if away { -normal } else { normal };
+            Some((normal, plane_in_map(view, path.position, normal)?))
+        });
+        let Some((normal, plane)) = plane else {
+            let cells = f64::from(grid.max(1)) * f64::from(grid.max(1));
+            return window.map(|(u, v)| level(u, v)).sum::<f64>() / cells;
+        };
+        let reach = reach(view, &plane, width_uv);
+        let (mut sum, mut counted) = (0.0, 0_u64);
+        for (u, v) in window {
+            let Some((_, direction, z)) = plane_point(view, path.position, normal, u, v) else {
+                continue;
+            };
+            let surface = self.own_surface([u, v], direction, z, reach, path.triangle);
+            sum += self.along([u, v], surface.unwrap_or(z) - PLANE_EPSILON, path.triangle);
+            counted += 1;
         }
-        ControlFlow::Continue(())
-    });
-    nearest
+        if counted == 0 { 0.0 } else { sum / counted as f64 }
+    }
+
+    /// What passes from the near plane to depth `z`, but for triangle `skip`.
+    fn along(&self, at: [f64; 2], z: f64, skip: u32) -> f64 {
+        let limit = (-LEAST_TRANSMITTANCE.ln() * THICKNESS_UNITS) as u64;
+        let mut sum = 0_u64;
+        self.rays.visit(at, [0.0, z], |hit| {
+            if hit.triangle == skip {
+                return ControlFlow::Continue(());
+            }
+            let alpha = f64::from(self.opacities.alpha(hit.triangle));
+            if alpha >= 1.0 {
+                sum = u64::MAX;
+                return ControlFlow::Break(());
+            }
+            let thickness = match self.law {
+                // An f32 below 1 has a logarithm of at most 17: no sum up to the limit overflows.
+                Law::Product => -(-alpha).ln_1p(),
+                Law::Exponential => alpha,
+            };
+            sum += (thickness * THICKNESS_UNITS).round() as u64;
+            if sum > limit { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        if sum > limit { 0.0 } else { (-(sum as f64 / THICKNESS_UNITS)).exp() }
+    }
+
+    /// The depth of the hit nearest to `z`, within `reach`, on the surface of opaque triangle `own`.
+    fn own_surface(
+        &self,
+        at: [f64; 2],
+        direction: DVec3,
+        z: f64,
+        reach: f64,
+        own: u32,
+    ) -> Option<f64> {
+        let mut nearest: Option<f64> = None;
+        self.rays.visit(at, [z - reach, z + reach], |hit| {
+            // Of two as near the one in front, in whatever order they are found.
+            let rank = |t: f64| ((t - z).abs(), t);
+            // What is connected is of one mesh, hence of one material.
+            if nearest.is_none_or(|n| rank(hit.t) < rank(n))
+                && self.opacities.is_opaque(hit.triangle)
+                && self.tracer.is_same_surface(hit.triangle, own, direction)
+            {
+                nearest = Some(hit.t);
+            }
+            ControlFlow::Continue(())
+        });
+        nearest
+    }
 }

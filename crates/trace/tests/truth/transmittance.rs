@@ -52,6 +52,11 @@ impl Traced {
         self.path(&ray, &self.tracer.closest(&ray).unwrap())
     }
 
+    fn all(&self, paths: &[LightPath], law: Law, footprint: Option<Footprint>) -> Vec<f64> {
+        let Self { tracer, opacities, view } = self;
+        transmittance_all(tracer, opacities, view, law, footprint, paths, 5)
+    }
+
     fn at(&self, path: &LightPath, law: Law, footprint: Option<Footprint>) -> f64 {
         transmittance(&self.tracer, &self.opacities, &self.view, law, footprint, path, 5)
     }
@@ -139,9 +144,12 @@ fn foliage_and_hair_agree_with_sorting_every_triangle() {
     for direction in [DVec3::NEG_Y, DVec3::new(0.4, -1.0, 0.3), DVec3::X] {
         let traced = Traced::lit_along(&scene, direction);
         let (mut partial, mut dark) = (0, 0);
-        for path in traced.paths(600, 9) {
+        let paths = traced.paths(600, 9);
+        let together = traced.all(&paths, Law::Product, None);
+        for (path, together) in paths.iter().zip(together) {
             let (got, expected) =
-                (traced.at(&path, Law::Product, None), sorted_product(&traced, &path));
+                (traced.at(path, Law::Product, None), sorted_product(&traced, path));
+            assert_eq!(got, together, "{path:?}");
             assert!((got - expected).abs() < 1e-12, "{path:?}: {got} {expected}");
             partial += i32::from(expected > 0.0 && expected < 1.0);
             dark += i32::from(expected == 0.0);
@@ -194,6 +202,16 @@ fn curved_ground_does_not_shadow_itself_under_a_wide_footprint() {
         }
     }
     assert!(tried > 100, "{tried}");
+    // A bowl rises in front of its tangent planes.
+    let mut bowl = level_patch([-1.0, 1.0], 0.0, [-1.0, 1.0], 40);
+    bowl.positions.iter_mut().for_each(|p| p.y = 0.5 * (p.x * p.x + p.z * p.z));
+    let sheet = level_patch([-2.0, 2.0], 2.0, [-2.0, 2.0], 1);
+    let hollow = Traced::lit_along(&layered(vec![(bowl, 1.0), (sheet, 0.25)]), DVec3::NEG_Y);
+    for i in -5..=5 {
+        let path = hollow.below(0.1 * f64::from(i), 1.9, 0.23);
+        let got = hollow.at(&path, Law::Product, Some(footprint));
+        assert!((got - 0.75).abs() < 1e-12, "{i}: {got}");
+    }
     // The shaded side is dark behind the ball's own lit side.
     let ray = Ray::new(DVec3::new(0.1, -5.0, 0.2), DVec3::Y);
     let back = traced.path(&ray, &traced.tracer.closest(&ray).unwrap());
@@ -209,6 +227,10 @@ fn a_translucent_receiver_stands_for_its_light_depth() {
     let path = traced.below(0.013, 2.0, 0.02);
     let got = traced.at(&path, Law::Product, Some(footprint));
     assert!((got - 0.75).abs() < 0.01, "{got}");
+    // Its own triangle does not count: of a single large one nothing else lies uphill.
+    let large = Traced::lit_along(&layered(vec![(slanted(1.0, 1), 0.5)]), DVec3::NEG_Y);
+    let within = large.below(0.5, 2.0, 0.5);
+    assert_eq!(large.at(&within, Law::Product, Some(footprint)), 1.0);
     // As opaque ground it would not be shadowed, and a point of it is lit in either case.
     assert_eq!(traced.at(&path, Law::Product, None), 1.0);
     let ground = Traced::lit_along(&layered(vec![(slanted(1.0, 60), 1.0)]), DVec3::NEG_Y);
