@@ -1,5 +1,7 @@
 // Where layers lie along a ray. The importer binds `layered`, `table`, `bounds_map` and
 // `opaque_map`.
+#import common/opacity_bounds.wgsl
+
 struct LayerParams {
     // Layers of the maps, and the range of them that a pass draws.
     layers: u32,
@@ -44,26 +46,13 @@ override LAYOUT: u32 = 4u;
 override SPLIT: u32 = 0u;
 // H(t) (K - 1) instead of H(t) K.
 override THESIS_BINS: bool = false;
-// Whether an opaque surface is a ray's bounds where nothing translucent lies.
-override OPAQUE_ALONE: bool = false;
-
-// Bounds nearer to each other than this are one.
-const THIN = 1e-6;
 
 // First and last depth of a texel, (1, 0) without any.
 fn ends_of(texel: vec2<u32>) -> vec2<f32> {
     if LAYOUT == PLANES_UNIFORM || LAYOUT == PLANES {
         return vec2(table[0], table[layered.layers]);
     }
-    let stored = textureLoad(bounds_map, texel, 0).xy;
-    let ends = vec2(-stored.x, stored.y);
-    if OPAQUE_ALONE && ends.x >= 1.0 {
-        let opaque = textureLoad(opaque_map, texel, 0);
-        if opaque < 1.0 {
-            return vec2(opaque);
-        }
-    }
-    return ends;
+    return own_ends(texel);
 }
 
 // Place of x between the rising entries 0..=last of the table, 0..=last: an entry belongs to what

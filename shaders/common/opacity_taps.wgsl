@@ -1,6 +1,8 @@
 // Receivers, the texels they read, and what is averaged over them. The importer binds
 // `opaque_map` and defines `decode` (transmittance of a texel in front of a depth) and
 // `decode_mean` (the same of the stored numbers of all `taps`, averaged).
+#import common/hash.wgsl
+
 struct Receiver {
     u: f32,
     v: f32,
@@ -44,12 +46,6 @@ struct Tap {
 
 var<private> taps: array<Tap, 16>;
 var<private> tap_count: u32;
-
-fn hash(value: u32) -> u32 {
-    let state = value * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}
 
 fn texel_at(receiver: Receiver, offset: vec2<f32>) -> vec2<u32> {
     let size = vec2(f32(shading.width), f32(shading.height));

@@ -1,6 +1,7 @@
 // Fragments into layers of opacity.
 #import common/opacity_layers.wgsl
 #import common/opacity_surface.wgsl
+#import common/opacity_targets.wgsl
 
 @group(1) @binding(0) var<uniform> layered: LayerParams;
 @group(1) @binding(1) var bounds_map: texture_2d<f32>;
@@ -22,17 +23,6 @@ const OVER = 1u;
 // Blend states that take one opacity for all channels.
 const BY_ALPHA = 2u;
 override BLEND: u32 = 0u;
-
-struct Targets {
-    @location(0) t0: vec4<f32>,
-    @location(1) t1: vec4<f32>,
-    @location(2) t2: vec4<f32>,
-    @location(3) t3: vec4<f32>,
-    @location(4) t4: vec4<f32>,
-    @location(5) t5: vec4<f32>,
-    @location(6) t6: vec4<f32>,
-    @location(7) t7: vec4<f32>,
-}
 
 // Same as Targets, with the depth for a test that must not be there.
 struct TestedTargets {
