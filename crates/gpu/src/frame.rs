@@ -8,7 +8,7 @@ use crate::device::lock;
 use crate::{Gpu, GpuError};
 
 /// Most passes a frame can time.
-pub const MAX_PASSES: u32 = 256;
+pub const MAX_PASSES: u32 = 512;
 
 /// Bytes of one timestamp.
 const STAMP: u64 = 8;

@@ -7,6 +7,7 @@
 mod gpu_support;
 
 use dapple_gpu::light_space::LightSpaceMesh;
+use dapple_gpu::testing::live_objects;
 use dapple_opacity_maps::gpu::{Fault, Renderer, fragments};
 use dapple_opacity_maps::layered::{bytes_per_texel, geometry_passes};
 use dapple_opacity_maps::{
@@ -128,6 +129,33 @@ fn packings_and_storages_change_passes_and_nothing_else() {
     // The control: another number of layers is another result.
     let of = |layers| frame(gpu, &mesh, &receivers, SIZE, &plain(bounded(layers))).transmittances;
     assert!(largest(&of(2), &of(5)) > 0.05);
+}
+
+#[test]
+fn a_pass_for_each_of_256_layers_and_nothing_made_in_a_frame() {
+    let Some((gpu, _lock)) = exclusive_gpu() else { return };
+    let mesh = foliage(6, 20);
+    let receivers = receivers(3, 200);
+    let of = |packing| {
+        let s = plain(Layered { packing, ..bounded(256) });
+        Renderer::new(gpu, &mesh, MODEL, &receivers, [16, 16], &s).unwrap()
+    };
+    let (single, targets) = (of(Packing::Single), of(Packing::Targets(8)));
+    let (a, b) = (draw(gpu, &single), draw(gpu, &targets));
+    assert_eq!((a.counters.geometry_passes, b.counters.geometry_passes), (257, 9));
+    assert_eq!(a.transmittances, b.transmittances);
+    // The frames above have filled the pool of queries.
+    let before = live_objects().unwrap();
+    for _ in 0..3 {
+        let mut frame = gpu.frame();
+        targets.record(&mut frame);
+        single.record(&mut frame);
+        frame.finish().unwrap();
+    }
+    assert_eq!(live_objects().unwrap(), before);
+    // The control: a renderer more is seen.
+    let _one_more = of(Packing::Slabs);
+    assert_ne!(live_objects().unwrap(), before);
 }
 
 #[test]

@@ -3,8 +3,10 @@
 
 use super::{
     OpacityGpuError,
+    bindings::{Slot, bind, layout, whole},
     layers::Inputs,
-    raster::{Pipelines, Raster, Slot, Stage, bind, layout, whole},
+    raster::Raster,
+    stage::{Pipelines, Stage},
 };
 use bytemuck::{Pod, Zeroable};
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};

@@ -3,10 +3,13 @@
 //! Opacity passes and shading read one texture of (-first, last), empty texels (-1, 0): what MAX
 //! blending leaves as it is. The other routes need a further pass that joins what they leave.
 
-use super::targets::{blend_state, need_blendable};
 use super::{
     OpacityGpuError,
-    raster::{Pipelines, Raster, Slot, Stage, bind, depth_state, depth_texture, layout, whole},
+    bindings::{Slot, bind, layout, whole},
+    join::Join,
+    raster::Raster,
+    stage::{Pipelines, Stage, depth_state, depth_texture},
+    targets::{blend_state, need_blendable},
 };
 use crate::EndMap;
 use bytemuck::{Pod, Zeroable};
@@ -18,16 +21,6 @@ use dapple_gpu::{Frame, Gpu, GpuError, Targets, wgpu};
 struct BoundsParams {
     width: u32,
     pad: [u32; 3],
-}
-
-/// Mirrors `JoinParams` of `opacity-maps/join_bounds.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct JoinParams {
-    width: u32,
-    height: u32,
-    mirrored: u32,
-    pad: u32,
 }
 
 const PATH: &str = "opacity-maps/bounds.wgsl";
@@ -68,13 +61,6 @@ enum Route {
     },
 }
 
-/// The pass that brings a route's result into the common form.
-#[derive(Debug)]
-struct Join {
-    pipeline: wgpu::ComputePipeline,
-    group: wgpu::BindGroup,
-}
-
 /// The bounds of one map.
 #[derive(Debug)]
 pub(super) struct Bounds {
@@ -83,7 +69,6 @@ pub(super) struct Bounds {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
     bytes: u64,
-    size: [u32; 2],
 }
 
 impl Bounds {
@@ -148,7 +133,7 @@ impl Bounds {
                 bytes += 8 * texels;
                 let stage = Stage { entry: "atomic_ends", ..stage };
                 let pipelines = raster.pipelines(gpu, &stage)?;
-                let join = join_words(gpu, [width, height], &view, &words)?;
+                let join = Join::of_words(gpu, [width, height], &view, &words)?;
                 Route::Atomic { pipelines, words, join }
             }
             EndMap::Greater | EndMap::Swapped | EndMap::RangeFlip => {
@@ -173,15 +158,13 @@ impl Bounds {
                     views.push(texture.create_view(&wgpu::TextureViewDescriptor::default()));
                 }
                 let views = [views.swap_remove(0), views.swap_remove(0)];
-                let mirrored = u32::from(end_map != EndMap::Greater);
-                let params = JoinParams { width, height, mirrored, pad: 0 };
-                let join = join_depths(gpu, &params, &view, &views)?;
+                let mirrored = end_map != EndMap::Greater;
+                let join = Join::of_depths(gpu, [width, height], &view, &views, mirrored)?;
                 let clear = if end_map == EndMap::Greater { 0.0 } else { 1.0 };
                 Route::Depths { near, far, views, clear, join }
             }
         };
-        check_workgroups(gpu, [width, height])?;
-        Ok(Self { route, group, texture, view, bytes, size: [width, height] })
+        Ok(Self { route, group, texture, view, bytes })
     }
 
     /// Records the route's passes: "bounds", and for some "bounds-far" and "bounds-join".
@@ -197,7 +180,7 @@ impl Bounds {
                 frame.copies("bounds-clear", |encoder| encoder.clear_buffer(words, 0, None));
                 let targets = raster.no_targets();
                 frame.raster("bounds", targets, |pass| raster.draw(pass, pipelines, &self.group));
-                self.record_join(frame, join);
+                join.record(frame);
             }
             Route::Depths { near, far, views, clear, join } => {
                 let mut draw = |name, view, clear, pipelines| {
@@ -207,7 +190,7 @@ impl Bounds {
                 };
                 draw("bounds", &views[0], 1.0, near);
                 draw("bounds-far", &views[1], *clear, far);
-                self.record_join(frame, join);
+                join.record(frame);
             }
         }
     }
@@ -229,70 +212,6 @@ impl Bounds {
         let ends = words.chunks_exact(channels);
         Ok(ends.map(|end| [-end[0], end.get(1).copied().unwrap_or(0.0)]).collect())
     }
-
-    fn record_join(&self, frame: &mut Frame<'_>, join: &Join) {
-        frame.compute("bounds-join", |pass| {
-            pass.set_pipeline(&join.pipeline);
-            pass.set_bind_group(0, &join.group, &[]);
-            pass.dispatch_workgroups(self.size[0].div_ceil(64), self.size[1], 1);
-        });
-    }
-}
-
-fn check_workgroups(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<(), OpacityGpuError> {
-    let max = gpu.limits().max_compute_workgroups_per_dimension;
-    let asked = width.div_ceil(64).max(height);
-    if asked > max {
-        let limit = "max_compute_workgroups_per_dimension";
-        return Err(OpacityGpuError::too_large("bounds", asked.into(), limit, max.into()));
-    }
-    Ok(())
-}
-
-fn join_words(
-    gpu: &Gpu,
-    [width, height]: [u32; 2],
-    view: &wgpu::TextureView,
-    words: &wgpu::Buffer,
-) -> Result<Join, GpuError> {
-    let params = JoinParams { width, height, mirrored: 0, pad: 0 };
-    let params = gpu.uniform("bounds join", &params)?;
-    let view = wgpu::BindingResource::TextureView(view);
-    join(gpu, "join_words", &[(0, whole(&params)), (1, view), (4, whole(words))])
-}
-
-fn join_depths(
-    gpu: &Gpu,
-    params: &JoinParams,
-    view: &wgpu::TextureView,
-    [near, far]: &[wgpu::TextureView; 2],
-) -> Result<Join, GpuError> {
-    let params = gpu.uniform("bounds join", params)?;
-    let texture = wgpu::BindingResource::TextureView;
-    let resources =
-        [(0, whole(&params)), (1, texture(view)), (2, texture(near)), (3, texture(far))];
-    join(gpu, "join_depths", &resources)
-}
-
-fn join(
-    gpu: &Gpu,
-    entry: &str,
-    resources: &[(u32, wgpu::BindingResource<'_>)],
-) -> Result<Join, GpuError> {
-    let pipeline = gpu.compute("opacity-maps/join_bounds.wgsl", entry, &[])?;
-    let entries: Vec<_> = resources
-        .iter()
-        .map(|(binding, resource)| wgpu::BindGroupEntry {
-            binding: *binding,
-            resource: resource.clone(),
-        })
-        .collect();
-    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(entry),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &entries,
-    });
-    Ok(Join { pipeline, group })
 }
 
 #[cfg(test)]
@@ -300,16 +219,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn uniforms_have_the_layout_of_the_shaders() {
+    fn uniform_has_the_layout_of_the_shader() {
         crate::gpu::mirror::<BoundsParams>(
             PATH,
             "BoundsParams",
             &[("width", 0), ("pad0", 4), ("pad1", 8), ("pad2", 12)],
-        );
-        crate::gpu::mirror::<JoinParams>(
-            "opacity-maps/join_bounds.wgsl",
-            "JoinParams",
-            &[("width", 0), ("height", 4), ("mirrored", 8), ("pad0", 12)],
         );
     }
 }

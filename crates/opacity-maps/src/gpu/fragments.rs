@@ -7,9 +7,12 @@
 
 use super::{
     OpacityGpuError,
-    raster::{Raster, Slot, Stage, bind, layout, whole},
+    bindings::{Slot, bind, layout, whole},
+    bounds::{Bounds, Ends},
+    raster::Raster,
+    stage::Stage,
 };
-use crate::{Fragment, Fragments, Model, NO_OPAQUE, Opaque};
+use crate::{EndMap, Fragment, Fragments, Model, NO_OPAQUE, Opaque};
 use bytemuck::{Pod, Zeroable};
 use dapple_gpu::{Frame, Gpu, light_space::LightSpaceMesh, wgpu};
 
@@ -78,11 +81,34 @@ pub(super) fn of(gpu: &Gpu, raster: &Raster) -> Result<Fragments, OpacityGpuErro
         items[texel[0] as usize..texel[1] as usize]
             .sort_unstable_by_key(|f| (f.depth.to_bits(), f.omega.to_bits()));
     }
-    let mut opaque = gpu.read_f32(raster.opaque_map())?;
-    opaque.iter_mut().filter(|z| **z >= 1.0).for_each(|z| *z = NO_OPAQUE);
+    let opaque = nearest_opaque(gpu, raster)?;
     let all = Fragments { width: raster.width, height: raster.height, starts, items, opaque };
     all.check()?;
     Ok(all)
+}
+
+/// The first and the last translucent fragment of each texel, the rest left out; thickness is none.
+pub(super) fn extremes(gpu: &Gpu, raster: &Raster) -> Result<Fragments, OpacityGpuError> {
+    let bounds = Bounds::new(gpu, raster, Ends::Both(EndMap::MaxBlend), false)?;
+    let mut frame = gpu.frame();
+    raster.record_opaque(&mut frame);
+    bounds.record(&mut frame, raster);
+    frame.finish()?;
+    let (mut starts, mut items) = (vec![0], Vec::new());
+    for [first, last] in bounds.read(gpu)? {
+        if first <= last {
+            items.extend([first, last].map(|depth| Fragment { depth, omega: 0.0 }));
+        }
+        starts.push(items.len() as u32);
+    }
+    let opaque = nearest_opaque(gpu, raster)?;
+    Ok(Fragments { width: raster.width, height: raster.height, starts, items, opaque })
+}
+
+fn nearest_opaque(gpu: &Gpu, raster: &Raster) -> Result<Vec<f32>, OpacityGpuError> {
+    let mut opaque = gpu.read_f32(raster.opaque_map())?;
+    opaque.iter_mut().filter(|z| **z >= 1.0).for_each(|z| *z = NO_OPAQUE);
+    Ok(opaque)
 }
 
 #[cfg(test)]

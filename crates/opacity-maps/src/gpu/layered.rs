@@ -5,14 +5,18 @@
 
 use super::{
     OpacityGpuError,
+    bindings::{Slot, bind, layout, whole},
     bins::Bins,
     bounds::{self, Bounds, Ends},
+    fragments,
     layers::{Inputs, PATH, Placed, place},
-    raster::{Raster, Slot, bind, layout, whole},
+    raster::Raster,
     shade::Decoder,
     targets::{self, MOST_TARGETS, Target, TargetMaps, blend_state},
 };
-use crate::{Blend, Blur, Format, Layered, Layout, Lookup, Opaque, Packing, Settings, Storage};
+use crate::{
+    Blend, Blur, Format, Layered, Layout, Lookup, Opaque, Packing, Settings, Slicing, Storage,
+};
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
 
 #[derive(Debug)]
@@ -58,7 +62,11 @@ impl LayeredMaps {
         let no_bounds = empty.create_view(&wgpu::TextureViewDescriptor::default());
         let placed =
             place(layered, settings.opaque, [raster.width, raster.height], scale(layered), || {
-                super::fragments::of(gpu, raster)
+                // Quantiles take every fragment, even and growing planes the outermost alone.
+                match layered.layout {
+                    Layout::Planes(Slicing::Density) => fragments::of(gpu, raster),
+                    _ => fragments::extremes(gpu, raster),
+                }
             })?;
         let table = gpu.upload("layer table", &placed.table)?;
         let params = gpu.uniform("layers", &placed.params)?;

@@ -5,14 +5,17 @@
 //! "opacity", ...), and "shade". Everything is made in [`Renderer::new`]; the port is checked on
 //! the [`fragments`] that this very device rasterises.
 
+mod bindings;
 mod bins;
 mod bounds;
 mod error;
 mod fragments;
+mod join;
 mod layered;
 mod layers;
 mod raster;
 mod shade;
+mod stage;
 mod targets;
 
 pub use error::OpacityGpuError;

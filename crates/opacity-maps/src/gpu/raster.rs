@@ -4,10 +4,14 @@
 //! to the pass. Translucent passes read the opaque map in the fragment shader instead of testing
 //! depths: what lies at or behind the nearest opaque surface is dropped.
 
-use super::OpacityGpuError;
+use super::{
+    OpacityGpuError,
+    bindings::{Slot, bind, layout, whole},
+    stage::{COVER, Pipelines, Stage, depth_state, depth_texture, pipeline},
+};
 use crate::{Model, OpacityError, Opaque};
 use bytemuck::{Pod, Zeroable};
-use dapple_gpu::light_space::{LightSpaceMesh, LightSpaceVertex, TriangleGroup};
+use dapple_gpu::light_space::{LightSpaceMesh, TriangleGroup};
 use dapple_gpu::{Frame, Gpu, GpuError, Targets, wgpu};
 
 /// Mirrors `SurfaceParams` of `common/opacity_surface.wgsl`.
@@ -32,122 +36,10 @@ impl SurfaceParams {
 const ALPHA_TESTED: u32 = 1;
 const FROM_OPAQUE_MAP: u32 = 2;
 
-/// Shader of the vertex stages.
-const PLACE: &str = "opacity-maps/place.wgsl";
-
 #[derive(Debug)]
 struct Draw {
     indices: std::ops::Range<u32>,
     group: wgpu::BindGroup,
-}
-
-/// What a binding of a pass is.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Slot {
-    /// A uniform buffer.
-    Uniform,
-    /// A storage buffer that is only read.
-    Read,
-    /// A storage buffer that is also written.
-    Write,
-    /// A depth texture.
-    Depth,
-    /// A texture of unfiltered floats.
-    Floats,
-}
-
-/// A layout of bindings 0.. for fragment shaders.
-pub(super) fn layout(gpu: &Gpu, label: &str, slots: &[Slot]) -> wgpu::BindGroupLayout {
-    let buffer =
-        |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let texture = |sample_type| wgpu::BindingType::Texture {
-        sample_type,
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    let entries: Vec<_> = (0..)
-        .zip(slots)
-        .map(|(binding, slot)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty: match slot {
-                Slot::Uniform => buffer(wgpu::BufferBindingType::Uniform),
-                Slot::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
-                Slot::Write => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-                Slot::Depth => texture(wgpu::TextureSampleType::Depth),
-                Slot::Floats => texture(wgpu::TextureSampleType::Float { filterable: false }),
-            },
-            count: None,
-        })
-        .collect();
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some(label),
-        entries: &entries,
-    })
-}
-
-/// A bind group, binding i = the i-th resource.
-pub(super) fn bind(
-    gpu: &Gpu,
-    layout: &wgpu::BindGroupLayout,
-    resources: &[wgpu::BindingResource<'_>],
-) -> wgpu::BindGroup {
-    let entries: Vec<_> = (0..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-        .collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout,
-        entries: &entries,
-    })
-}
-
-/// A buffer bound whole, its size spelled out (see [`Gpu::bind`]).
-pub(super) fn whole(buffer: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
-    wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-        buffer,
-        offset: 0,
-        size: std::num::NonZeroU64::new(buffer.size()),
-    })
-}
-
-/// What a pass does with fragments.
-pub(super) struct Stage<'a> {
-    /// Shader file.
-    pub path: &'a str,
-    /// Entry point of the fragment stage.
-    pub entry: &'a str,
-    /// Its `override`s.
-    pub constants: &'a [(&'a str, f64)],
-    /// Layout of group 1, where the stage has one.
-    pub pass: Option<&'a wgpu::BindGroupLayout>,
-    /// Render targets.
-    pub targets: &'a [Option<wgpu::ColorTargetState>],
-    /// Depth test; `None` attaches the opaque map without touching it where there are no targets.
-    pub depth: Option<wgpu::DepthStencilState>,
-    /// Whether near and far plane change places.
-    pub swapped: bool,
-    /// Whether the nearest opaque surface of each texel takes part as a fragment.
-    pub opaque_joins: bool,
-}
-
-/// A stage as pipelines: over the mesh, and over the opaque map where that takes part.
-#[derive(Debug)]
-pub(super) struct Pipelines {
-    mesh: wgpu::RenderPipeline,
-    cover: Option<wgpu::RenderPipeline>,
-}
-
-/// A depth test that keeps what passes `compare`.
-pub(super) fn depth_state(compare: wgpu::CompareFunction, write: bool) -> wgpu::DepthStencilState {
-    wgpu::DepthStencilState {
-        format: wgpu::TextureFormat::Depth32Float,
-        depth_write_enabled: Some(write),
-        depth_compare: Some(compare),
-        stencil: wgpu::StencilState::default(),
-        bias: wgpu::DepthBiasState::default(),
-    }
 }
 
 /// A mesh uploaded once, with its opaque map.
@@ -245,7 +137,7 @@ impl Raster {
         let vertex = if stage.swapped { "place_swapped" } else { "place" };
         let mesh = pipeline(gpu, &self.surfaces, stage, vertex)?;
         let cover = (stage.opaque_joins && self.cover.is_some())
-            .then(|| pipeline(gpu, &self.surfaces, stage, "cover"))
+            .then(|| pipeline(gpu, &self.surfaces, stage, COVER))
             .transpose()?;
         Ok(Pipelines { mesh, cover })
     }
@@ -319,19 +211,6 @@ impl Raster {
     }
 }
 
-/// A depth texture that passes can draw to, read, and copy.
-pub(super) fn depth_texture(
-    gpu: &Gpu,
-    label: &str,
-    width: u32,
-    height: u32,
-) -> Result<wgpu::Texture, GpuError> {
-    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
-        | wgpu::TextureUsages::TEXTURE_BINDING
-        | wgpu::TextureUsages::COPY_SRC;
-    gpu.texture(label, width, height, wgpu::TextureFormat::Depth32Float, usage)
-}
-
 fn surface(mesh: &LightSpaceMesh, group: &TriangleGroup, model: Model) -> SurfaceParams {
     let omega = model.omega(f64::from(group.opacity)) as f32;
     match group.alpha {
@@ -346,61 +225,6 @@ fn surface(mesh: &LightSpaceMesh, group: &TriangleGroup, model: Model) -> Surfac
             }
         }
     }
-}
-
-fn pipeline(
-    gpu: &Gpu,
-    surfaces: &wgpu::BindGroupLayout,
-    stage: &Stage<'_>,
-    vertex: &str,
-) -> Result<wgpu::RenderPipeline, GpuError> {
-    let place = gpu.module(PLACE)?;
-    let module = gpu.module(stage.path)?;
-    let mut groups = vec![Some(surfaces)];
-    groups.extend(stage.pass.map(Some));
-    let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(stage.entry),
-        bind_group_layouts: &groups,
-        immediate_size: 0,
-    });
-    let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Float32x2];
-    let mesh = [Some(wgpu::VertexBufferLayout {
-        array_stride: size_of::<LightSpaceVertex>() as u64,
-        step_mode: wgpu::VertexStepMode::Vertex,
-        attributes: &attributes,
-    })];
-    let untouched = || depth_state(wgpu::CompareFunction::Always, false);
-    let depth = match &stage.depth {
-        None if stage.targets.is_empty() => Some(untouched()),
-        depth => depth.clone(),
-    };
-    gpu.raster(
-        &format!("{}:{}", stage.path, stage.entry),
-        &wgpu::RenderPipelineDescriptor {
-            label: Some(stage.entry),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &place,
-                entry_point: Some(vertex),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: if vertex == "cover" { &[] } else { &mesh },
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: depth,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(stage.entry),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: stage.constants,
-                    ..Default::default()
-                },
-                targets: stage.targets,
-            }),
-            multiview_mask: None,
-            cache: None,
-        },
-    )
 }
 
 #[cfg(test)]

@@ -1,6 +1,9 @@
 //! The pass that shades: one receiver an invocation, whatever the technique.
 
-use super::{OpacityGpuError, raster::whole};
+use super::{
+    OpacityGpuError,
+    bindings::{bind, whole},
+};
 use crate::{Blur, Opaque, Receiver, Settings, Taps};
 use bytemuck::{Pod, Zeroable};
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
@@ -84,7 +87,7 @@ impl Shade {
             wgpu::BindingResource::TextureView(opaque_view),
         ];
         resources.extend_from_slice(decoder.resources);
-        let group = super::raster::bind(gpu, &pipeline.get_bind_group_layout(0), &resources);
+        let group = bind(gpu, &pipeline.get_bind_group_layout(0), &resources);
         let workgroups = gpu.workgroups(u64::from(count), 64)?;
         Ok(Self { pipeline, group, workgroups, transmittances, receivers: receivers.len() })
     }

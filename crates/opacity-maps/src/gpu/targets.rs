@@ -3,7 +3,8 @@
 
 use super::{
     OpacityGpuError,
-    raster::{Pipelines, Raster, Stage, depth_state, depth_texture},
+    raster::Raster,
+    stage::{Pipelines, Stage, depth_state, depth_texture},
 };
 use crate::Format;
 use dapple_gpu::{Frame, Gpu, GpuError, Targets, wgpu};
