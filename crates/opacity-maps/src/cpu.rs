@@ -178,8 +178,13 @@ impl Maps {
 
     fn is_lit(&self, receiver: &Receiver, tap: &Tap) -> bool {
         self.settings.opaque != Opaque::Separate
-            || receiver.plane_depth(tap.du, tap.dv) - self.settings.bias <= self.opaque[tap.texel]
+            || is_lit(receiver, tap, self.settings.bias, self.opaque[tap.texel])
     }
+}
+
+/// The test against an opaque map at a tap. Nothing opaque hides nothing, however deep.
+pub fn is_lit(receiver: &Receiver, tap: &Tap, bias: f32, opaque_depth: f32) -> bool {
+    opaque_depth >= crate::NO_OPAQUE || receiver.plane_depth(tap.du, tap.dv) - bias <= opaque_depth
 }
 
 /// The opaque fragment that goes into the opacity maps.

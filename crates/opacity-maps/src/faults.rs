@@ -85,12 +85,13 @@ impl Fault {
             Self::Listing => code.cover = Cover::Listing,
             Self::LatePrefix => code.cover = Cover::Late,
             Self::WrappingTable => {
-                if let (Layout::Bounded { split, .. }, Placement::Bounded { split: function, .. }) =
-                    (&layered.layout, &mut code.placement)
+                if let (Layout::Bounded { split, .. }, Placement::Bounded { steps, .. }) =
+                    (&layered.layout, &code.placement)
                 {
                     let table = wrapping_table(split.width);
                     let texels = table.iter().map(|&byte| f32::from(byte) / 255.0).collect();
-                    *function = Some(SplitFunction::with_table(split, texels));
+                    let function = SplitFunction::with_table(split, texels);
+                    code.placement = Placement::split(function, *steps as usize);
                 }
             }
             _ => {}

@@ -5,7 +5,7 @@
 
 use crate::{
     Blur, Code, Fragment, Fragments, OpacityError, Opaque, Receiver, Settings, adaptive, binary,
-    cpu, deep, fourier,
+    cpu, deep, fourier, layered,
     layered::reference::LayeredReference,
     moments, stochastic,
     taps::{self, MOST, Tap},
@@ -35,6 +35,37 @@ impl<'a> Reference<'a> {
 
     /// Transmittance of one receiver; 1 outside the map.
     pub fn transmittance(&self, receiver: &Receiver) -> f64 {
+        let at = |texel, depth| self.at(texel, depth);
+        self.filtered(receiver, &at, &|own, taps, depth| self.stored(own, taps, depth))
+    }
+
+    /// Least and greatest transmittance of one receiver where rounding decides in which layer
+    /// something lies; twice the same for codes without layers.
+    pub fn interval(&self, receiver: &Receiver) -> (f64, f64) {
+        let Some(layered) = &self.layered else {
+            let t = self.transmittance(receiver);
+            return (t, t);
+        };
+        let least = self.filtered(
+            receiver,
+            &|texel, depth| layered.interval(texel, depth).0,
+            &|own, taps, depth| layered.stored_interval(own, taps, depth).0,
+        );
+        let greatest = self.filtered(
+            receiver,
+            &|texel, depth| layered.interval(texel, depth).1,
+            &|own, taps, depth| layered.stored_interval(own, taps, depth).1,
+        );
+        (least, greatest)
+    }
+
+    /// Filters what single texels, or the mean of several, answer.
+    fn filtered(
+        &self,
+        receiver: &Receiver,
+        at: &dyn Fn(usize, f32) -> f64,
+        stored: &dyn Fn(usize, &[Tap], f32) -> f64,
+    ) -> f64 {
         if !receiver.in_map() {
             return 1.0;
         }
@@ -42,19 +73,18 @@ impl<'a> Reference<'a> {
         let (width, height) = (self.fragments.width, self.fragments.height);
         let n = taps::taps(self.settings.taps, receiver, width, height, &mut found);
         let found = &found[..n];
+        let bias = self.settings.bias;
         let lit = |tap: &Tap| {
-            let depth = receiver.plane_depth(tap.du, tap.dv) - self.settings.bias;
-            self.settings.opaque != Opaque::Separate || depth <= self.fragments.opaque[tap.texel]
+            self.settings.opaque != Opaque::Separate
+                || cpu::is_lit(receiver, tap, bias, self.fragments.opaque[tap.texel])
         };
-        let depth = receiver.depth - self.settings.bias;
+        let depth = receiver.depth - bias;
         let mean = |of: &dyn Fn(&Tap) -> f64| found.iter().map(of).sum::<f64>() / n as f64;
         match self.settings.blur {
-            Blur::Transmittance => {
-                mean(&|tap| if lit(tap) { self.at(tap.texel, depth) } else { 0.0 })
-            }
+            Blur::Transmittance => mean(&|tap| if lit(tap) { at(tap.texel, depth) } else { 0.0 }),
             Blur::Stored => {
                 let own = taps::own(receiver, width, height);
-                mean(&|tap| f64::from(u8::from(lit(tap)))) * self.stored(own, found, depth)
+                mean(&|tap| f64::from(u8::from(lit(tap)))) * stored(own, found, depth)
             }
         }
     }
@@ -95,6 +125,21 @@ impl<'a> Reference<'a> {
             }
         }
     }
+}
+
+/// Whether rounding decides a receiver's transmittance: a fragment of one of its texels, or the
+/// receiver, lies so near to a layer boundary that the answers on both sides differ by more than
+/// [`layered::reference::TIE`]. Codes without layers have no such ties.
+///
+/// # Errors
+/// As [`Reference::new`], which those who ask for many receivers use with [`Reference::interval`].
+pub fn near_tie(
+    settings: &Settings,
+    fragments: &Fragments,
+    receiver: &Receiver,
+) -> Result<bool, OpacityError> {
+    let (least, greatest) = Reference::new(settings, fragments)?.interval(receiver);
+    Ok(greatest - least > layered::reference::TIE)
 }
 
 /// The exact answer on the same texel grid: e^-Σω over fragments strictly in front of `depth`.

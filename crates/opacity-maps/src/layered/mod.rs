@@ -11,9 +11,11 @@
 //! including it (with [`Packing::Slabs`]: in those of its own texture of four).
 //!
 //! # How near the forms come
-//! The processor's `f32` form differs from the reference by no more than
-//! [`reference::tolerance`], save where rounding puts a fragment or a receiver on the other side of
-//! a layer boundary; [`near_tie`] names those receivers.
+//! Rounding may put a fragment or a receiver on the other side of a layer boundary. The reference
+//! therefore gives an interval ([`crate::reference::Reference::interval`]), outside of which the
+//! processor's `f32` form lies by no more than [`reference::tolerance`]. Where it is wider than
+//! [`reference::TIE`] the receiver is a near tie ([`crate::reference::near_tie`]); elsewhere the
+//! forms differ by no more than the sum of both.
 
 pub mod boundaries;
 pub mod counters;
@@ -31,7 +33,6 @@ use crate::{
 };
 use boundaries::{Boundaries, geometric};
 use placement::{Bounds, Place, Placement};
-pub use reference::near_tie;
 use unit::Unit;
 use write::{Cover, Drawn};
 

@@ -72,7 +72,7 @@ pub enum Placement {
     /// Between each ray's bounds.
     Bounded {
         /// The split, none where it is uniform.
-        split: Option<SplitFunction>,
+        split: Option<(SplitFunction, Cells)>,
         /// What u = 1 is multiplied by: K or K - 1.
         steps: f32,
     },
@@ -84,8 +84,16 @@ impl Placement {
         use crate::SplitKind::{Normalised, Positions};
         // These two are the identity to the bit.
         let uniform = split.lambda == 0.0 && matches!(split.kind, Normalised | Positions);
-        let split = (!uniform).then(|| SplitFunction::new(split));
-        Self::Bounded { split, steps: steps as f32 }
+        if uniform {
+            return Self::Bounded { split: None, steps: steps as f32 };
+        }
+        Self::split(SplitFunction::new(split), steps)
+    }
+
+    /// The same by a function at hand.
+    pub fn split(function: SplitFunction, steps: usize) -> Self {
+        let cells = Cells::new(&function, steps as f32);
+        Self::Bounded { split: Some((function, cells)), steps: steps as f32 }
     }
 
     /// Words of a texel that hold bounds.
@@ -139,7 +147,7 @@ impl Placement {
     ) {
         let last = layers as f32 - 1.0;
         // A NaN and what lies in front count as 0.
-        let layer = |c: f32| c.max(0.0).min(last) as u32;
+        let layer = |c: f32| c.max(0.0).min(last) as i32 as u32;
         let pairs = out.iter_mut().zip(fragments);
         // The choice is made outside the loop, so that the common cases are vectorised.
         match self {
@@ -156,6 +164,11 @@ impl Placement {
                 let local = |f: &Fragment| (f.depth - bias - bounds.first) / depth;
                 pairs.for_each(|(k, f)| *k = layer(local(f).min(1.0) * n));
             }
+            Self::Bounded { split: Some((split, cells)), steps } => pairs.for_each(|(k, f)| {
+                let t = bounds.local(f.depth - bias);
+                let coordinate = || split.coordinate(t) * steps;
+                *k = cells.layer(t).unwrap_or_else(|| layer(coordinate())).min(layers as u32 - 1);
+            }),
             _ => pairs.for_each(|(k, f)| {
                 *k = layer(self.coordinate(bounds, layers, f.depth - bias));
             }),
@@ -172,10 +185,39 @@ impl Placement {
             Self::Deep { span, uneven: None } => (depth - bounds.first) / span * n,
             Self::Deep { uneven: Some(growing), .. } => growing.coordinate(depth - bounds.first),
             Self::Bounded { split: None, steps } => bounds.local(depth).min(1.0) * steps,
-            Self::Bounded { split: Some(split), steps } => {
+            Self::Bounded { split: Some((split, _)), steps } => {
                 split.coordinate(bounds.local(depth)) * steps
             }
         }
+    }
+}
+
+/// Cells of t that [`Cells`] tells apart.
+const CELLS: usize = 1024;
+
+/// Layers of those cells of t that no boundary crosses: the split function need not be evaluated
+/// for fragments there.
+#[derive(Clone, Debug)]
+pub struct Cells(Vec<u16>);
+
+impl Cells {
+    /// A cell that a boundary crosses.
+    const MIXED: u16 = u16::MAX;
+
+    fn new(function: &SplitFunction, steps: f32) -> Self {
+        let layer = |i: usize| (function.coordinate(i as f32 / CELLS as f32) * steps) as u16;
+        let cell = |i| if layer(i) == layer(i + 1) { layer(i) } else { Self::MIXED };
+        // A function that falls somewhere would be judged by the ends of cells alone.
+        let at = (0..=2 * CELLS).map(|i| function.coordinate(i as f32 / (2 * CELLS) as f32));
+        let rises = at.is_sorted();
+        Self((0..CELLS).map(|i| if rises { cell(i) } else { Self::MIXED }).collect())
+    }
+
+    /// The layer at t, if its cell has one.
+    #[inline]
+    fn layer(&self, t: f32) -> Option<u32> {
+        let cell = self.0.get((t.max(0.0) * CELLS as f32) as usize)?;
+        (*cell != Self::MIXED).then_some(u32::from(*cell))
     }
 }
 
@@ -213,6 +255,31 @@ mod tests {
         let depths = fragments(&[0.4, 0.5, 0.7]);
         placement.layers_of(bounds, 8, 0.0, &depths, &mut layer);
         assert_eq!(layer, [0, 0, 7]);
+    }
+
+    #[test]
+    fn cells_agree_with_the_function() {
+        let bounds = Bounds { first: 0.0, last: 1.0 };
+        let depths: Vec<f32> = (0..=50_000).map(|i| i as f32 / 50_000.0).collect();
+        let mut layers = vec![0; depths.len()];
+        for kind in [SplitKind::Normalised, SplitKind::Listing, SplitKind::Positions] {
+            for (lambda, steps) in [(0.3, 4), (1.0, 32), (1.0, 31), (0.7, 256)] {
+                let placement = Placement::bounded(&Split { lambda, kind, width: 512 }, steps);
+                placement.layers_of(bounds, 256, 0.0, &fragments(&depths), &mut layers);
+                let wrong = depths.iter().zip(&layers).filter(|&(&depth, &layer)| {
+                    let c = placement.coordinate(bounds, 256, depth);
+                    layer != (c as u32).min(255) && (c - c.round()).abs() > 1e-4
+                });
+                assert_eq!(wrong.count(), 0, "{kind:?} {lambda} {steps}");
+            }
+        }
+        let Placement::Bounded { split: Some((_, cells)), .. } =
+            Placement::bounded(&Split { lambda: 1.0, kind: SplitKind::Normalised, width: 512 }, 32)
+        else {
+            unreachable!("not uniform")
+        };
+        let mixed = (0..CELLS).filter(|&i| cells.0[i] == Cells::MIXED).count();
+        assert!((1..=32).contains(&mixed), "{mixed}");
     }
 
     #[test]

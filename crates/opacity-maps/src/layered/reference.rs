@@ -10,18 +10,24 @@ use super::{
     write::Cover,
 };
 use crate::{
-    Bins, Blend, Blur, Code, Format, Fragment, Fragments, Layered, Layout, Lookup, Opaque, Packing,
-    Receiver, Settings, Slicing, SplitKind, cpu,
-    taps::{self, MOST, Tap},
+    Bins, Blend, Format, Fragment, Fragments, Layered, Layout, Lookup, Opaque, Packing, Slicing,
+    SplitKind, cpu, taps::Tap,
 };
 
+/// Width of an interval of transmittance ([`crate::reference::Reference::interval`]) from which on a
+/// receiver is a near tie: rounding decides on which side of a layer boundary something lies.
+pub const TIE: f64 = 1e-4;
+
 /// How far rounding may move a layer coordinate of the `f32` form, as a share of all layers.
-pub const ROUNDING: f64 = 4e-6;
+pub fn rounding(layered: &Layered) -> f64 {
+    match &layered.layout {
+        Layout::Bounded { split, .. } if split.kind == SplitKind::Positions => 8e-5,
+        Layout::Bounded { split, .. } if split.lambda != 0.0 => 4e-6,
+        _ => 1e-6,
+    }
+}
 
-/// The same where positions are mixed.
-pub const POSITIONS_ROUNDING: f64 = 8e-5;
-
-/// Greatest difference of the `f32` form's transmittance, away from near ties, where a texel has
+/// How far the `f32` form's transmittance may lie outside of its interval where a texel has
 /// `fragments` of them: each addition rounds by 2^-24 of the sum, and Ω e^-Ω <= 1 / e.
 pub fn tolerance(fragments: usize) -> f64 {
     1e-6 + fragments as f64 * 2f64.powi(-24) / std::f64::consts::E
@@ -75,16 +81,29 @@ impl<'a> LayeredReference<'a> {
         self.shifted(texel, depth, 0.0)
     }
 
-    /// Least and greatest transmittance where every layer coordinate may be off by `epsilon` of all
-    /// layers. States whose channels are not independent, and printed masks, are not monotone: the
-    /// answer is then 0..=1 where any fragment may change its layer.
-    pub fn range(&self, texel: usize, depth: f32, epsilon: f64) -> (f64, f64) {
-        let epsilon = epsilon * f64::from(self.layered.layers);
-        if self.is_open(texel, epsilon) {
+    /// Least and greatest transmittance of a texel where layer coordinates may be off by
+    /// [`rounding`]. States whose channels are not independent, and printed masks, are not monotone:
+    /// the answer is 0..=1 where any of their fragments may change its layer.
+    pub fn interval(&self, texel: usize, depth: f32) -> (f64, f64) {
+        let shift = self.shift();
+        if self.is_open(texel, shift) {
             return (0.0, 1.0);
         }
-        let (a, b) = (self.shifted(texel, depth, -epsilon), self.shifted(texel, depth, epsilon));
-        (a.min(b), a.max(b))
+        ordered(self.shifted(texel, depth, -shift), self.shifted(texel, depth, shift))
+    }
+
+    /// The same where maps are averaged over taps at the layer of a receiver's `own` texel.
+    pub fn stored_interval(&self, own: usize, taps: &[Tap], depth: f32) -> (f64, f64) {
+        let shift = self.shift();
+        if taps.iter().any(|tap| self.is_open(tap.texel, shift)) {
+            return (0.0, 1.0);
+        }
+        let at = |shift| self.stored_shifted(own, taps, depth, shift);
+        ordered(at(-shift), at(shift))
+    }
+
+    fn shift(&self) -> f64 {
+        rounding(self.layered) * f64::from(self.layered.layers)
     }
 
     /// Whether a change of any fragment's layer by `shift` has no bounded effect, and there is one.
@@ -133,7 +152,7 @@ impl<'a> LayeredReference<'a> {
         let last = self.layered.layers as usize - 1;
         let layer = |f: &Fragment| {
             let biased = f64::from(f.depth - self.layered.write_bias);
-            let c = self.coordinate(bounds, biased) + shift;
+            let c = self.moved(self.coordinate(bounds, biased), shift);
             if c <= 0.0 { 0 } else { (c.floor() as usize).min(last) }
         };
         let mut drawn: Vec<(usize, f32)> = all.iter().map(|f| (layer(f), f.omega)).collect();
@@ -163,6 +182,14 @@ impl<'a> LayeredReference<'a> {
                 steps * split.map_or(local, |split| split.coordinate(local))
             }
         }
+    }
+
+    /// A layer coordinate after rounding by `shift`. The ends of bounds are exact in every form, and
+    /// with K - 1 bins the last of them is a boundary.
+    fn moved(&self, c: f64, shift: f64) -> f64 {
+        let fewer = matches!(self.layered.layout, Layout::Bounded { bins: Bins::Thesis, .. });
+        let end = f64::from(self.layered.layers) - 1.0;
+        if fewer && c == end { c } else { c + shift }
     }
 
     /// What map `map` stores, in its format.
@@ -215,7 +242,7 @@ impl<'a> LayeredReference<'a> {
         if depth > bounds.1 && !open {
             return upto(last);
         }
-        let c = (self.coordinate(bounds, depth) + shift).clamp(0.0, last as f64 + 1.0);
+        let c = self.moved(self.coordinate(bounds, depth), shift).clamp(0.0, last as f64 + 1.0);
         let layer = (c.floor() as usize).min(last);
         match self.layered.lookup {
             Lookup::Nearest => upto(layer),
@@ -242,41 +269,6 @@ fn range_of_map(fragments: &Fragments, opaque: Opaque) -> (f64, f64) {
     }
 }
 
-/// Whether rounding alone may change a receiver's transmittance by more than a layer's weight in
-/// `f32`: a fragment of one of its texels, or the receiver, lies so near to a layer boundary that
-/// the answers on both sides differ by more than 1e-5.
-///
-/// Codes without layers have no such ties. Settings and fragments must have been checked.
-pub fn near_tie(settings: &Settings, fragments: &Fragments, receiver: &Receiver) -> bool {
-    let Code::Layered(layered) = &settings.code else { return false };
-    let reference = LayeredReference::new(layered, settings.opaque, fragments);
-    reference.near_tie(settings, receiver)
-}
-
-impl LayeredReference<'_> {
-    /// [`near_tie`] without preparing anew.
-    pub fn near_tie(&self, settings: &Settings, receiver: &Receiver) -> bool {
-        if !receiver.in_map() {
-            return false;
-        }
-        let epsilon = match &self.layered.layout {
-            Layout::Bounded { split, .. } if split.kind == SplitKind::Positions => {
-                POSITIONS_ROUNDING
-            }
-            _ => ROUNDING,
-        };
-        let (width, height) = (self.fragments.width, self.fragments.height);
-        let mut found = [Tap { texel: 0, du: 0.0, dv: 0.0 }; MOST];
-        let n = taps::taps(settings.taps, receiver, width, height, &mut found);
-        let depth = receiver.depth - settings.bias;
-        let differs = |(low, high): (f64, f64)| high - low > 1e-5;
-        if settings.blur == Blur::Transmittance {
-            return found[..n].iter().any(|tap| differs(self.range(tap.texel, depth, epsilon)));
-        }
-        let own = taps::own(receiver, width, height);
-        let shift = epsilon * f64::from(self.layered.layers);
-        let at = |shift| self.stored_shifted(own, &found[..n], depth, shift);
-        let (a, b) = (at(-shift), at(shift));
-        found[..n].iter().any(|tap| self.is_open(tap.texel, shift)) || differs((a.min(b), a.max(b)))
-    }
+fn ordered(a: f64, b: f64) -> (f64, f64) {
+    (a.min(b), a.max(b))
 }

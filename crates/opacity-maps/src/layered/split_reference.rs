@@ -94,7 +94,7 @@ fn texture(texels: &[f64], x: f64) -> f64 {
     let x = x.clamp(0.0, last as f64);
     let i = (x as usize).min(last);
     let next = texels[(i + 1).min(last)];
-    texels[i] * (1.0 - x.fract()) + next * x.fract()
+    texels[i] + (next - texels[i]) * x.fract()
 }
 
 #[cfg(test)]

@@ -13,6 +13,9 @@ use crate::{Blend, Format, Fragment, Layered, Layout, Packing};
 /// Most layers.
 pub const MOST_LAYERS: usize = 256;
 
+/// Most channels of a pass: eight textures of four.
+const MOST_CHANNELS: usize = 32;
+
 /// Fragments whose layers are found at once.
 const BLOCK: usize = 64;
 
@@ -95,10 +98,15 @@ pub fn write(
     scratch: &mut Vec<Fragment>,
     sums: &mut [f32],
 ) {
-    let layers = sums.len();
     let group = match packing {
-        Packing::Sorted if cover == Cover::Cumulative => return sorted(drawn, unit, scratch, sums),
-        Packing::Sorted => layers,
+        // Room is cleared for every texel: no more than is needed.
+        Packing::Sorted if cover == Cover::Cumulative && sums.len() <= 32 => {
+            return sorted::<32>(drawn, unit, scratch, sums);
+        }
+        Packing::Sorted if cover == Cover::Cumulative => {
+            return sorted::<MOST_LAYERS>(drawn, unit, scratch, sums);
+        }
+        Packing::Sorted => MOST_CHANNELS,
         Packing::Single => 1,
         Packing::Slabs => 4,
         Packing::Targets(targets) => 4 * targets as usize,
@@ -107,7 +115,10 @@ pub fn write(
         let first = pass * group;
         match (unit.blend, unit.format) {
             (Blend::Add, Format::F32) if cover == Cover::Cumulative => {
-                add_floats(drawn, first, maps);
+                add_floats(drawn, first, maps, |_| true);
+            }
+            (Blend::Add, Format::F32) if cover == Cover::Slab => {
+                add_floats(drawn, first, maps, |layer| layer / 4 == pass);
             }
             (Blend::Alpha | Blend::Premultiplied, _) => textures(drawn, unit, cover, first, maps),
             _ => blend(drawn, unit, cover, first, maps),
@@ -116,9 +127,14 @@ pub fn write(
 }
 
 /// One pass over the fragments, then one over the layers.
-fn sorted(drawn: &Drawn, unit: Unit, scratch: &mut Vec<Fragment>, sums: &mut [f32]) {
+fn sorted<const ROOM: usize>(
+    drawn: &Drawn,
+    unit: Unit,
+    scratch: &mut Vec<Fragment>,
+    sums: &mut [f32],
+) {
     if unit.is_exact() {
-        let mut raw = [0.0; MOST_LAYERS];
+        let mut raw = [0.0; ROOM];
         drawn.each(|k, omega| raw[k] = unit.sum(raw[k], unit.increment(omega)));
         let mut total = 0.0;
         for (word, raw) in sums.iter_mut().zip(raw) {
@@ -134,13 +150,18 @@ fn sorted(drawn: &Drawn, unit: Unit, scratch: &mut Vec<Fragment>, sums: &mut [f3
             *word = total;
         }
     } else {
-        layer_by_layer(drawn, unit, scratch, sums);
+        layer_by_layer::<ROOM>(drawn, unit, scratch, sums);
     }
 }
 
 /// Draws slab by slab, each map going on from the one before: what rounding depends on order.
-fn layer_by_layer(drawn: &Drawn, unit: Unit, scratch: &mut Vec<Fragment>, sums: &mut [f32]) {
-    let mut ends = [0usize; MOST_LAYERS];
+fn layer_by_layer<const ROOM: usize>(
+    drawn: &Drawn,
+    unit: Unit,
+    scratch: &mut Vec<Fragment>,
+    sums: &mut [f32],
+) {
+    let mut ends = [0usize; ROOM];
     drawn.each(|k, _| ends[k] += 1);
     let mut start = 0;
     for end in &mut ends[..sums.len()] {
@@ -160,10 +181,14 @@ fn layer_by_layer(drawn: &Drawn, unit: Unit, scratch: &mut Vec<Fragment>, sums: 
     }
 }
 
-/// One pass of plain sums into the maps from `first` on: every map is written, masked by 0.
-fn add_floats(drawn: &Drawn, first: usize, maps: &mut [f32]) {
+/// One pass of plain sums into the maps from `first` on, of fragments that are not clipped: every
+/// map is written, masked by 0.
+fn add_floats(drawn: &Drawn, first: usize, maps: &mut [f32], inside: impl Fn(usize) -> bool) {
     maps.fill(0.0);
     drawn.each(|k, omega| {
+        if !inside(k) {
+            return;
+        }
         let layer = k.saturating_sub(first) as u32;
         for (m, sum) in (0u32..).zip(maps.iter_mut()) {
             *sum += if m >= layer { omega } else { 0.0 };
@@ -173,7 +198,7 @@ fn add_floats(drawn: &Drawn, first: usize, maps: &mut [f32]) {
 
 /// One pass in any format whose channels are independent.
 fn blend(drawn: &Drawn, unit: Unit, cover: Cover, first: usize, maps: &mut [f32]) {
-    let mut raw = [0.0; MOST_LAYERS];
+    let mut raw = [0.0; MOST_CHANNELS];
     drawn.each(|k, omega| {
         for (m, raw) in raw[..maps.len()].iter_mut().enumerate() {
             if cover.holds(k, first + m) {
@@ -186,7 +211,7 @@ fn blend(drawn: &Drawn, unit: Unit, cover: Cover, first: usize, maps: &mut [f32]
 
 /// One pass where the channels of a texture are not independent.
 fn textures(drawn: &Drawn, unit: Unit, cover: Cover, first: usize, maps: &mut [f32]) {
-    let mut raw = [[0.0; 4]; MOST_LAYERS / 4];
+    let mut raw = [[0.0; 4]; MOST_CHANNELS / 4];
     let textures = maps.len().div_ceil(4);
     drawn.each(|k, omega| {
         for (t, raw) in raw[..textures].iter_mut().enumerate() {
