@@ -84,12 +84,14 @@ impl Cells {
         let raster = Raster::of(tracer, view, [side; 2])?;
         // Half a cell, and more than rounding may move a ray.
         let reach = 0.5 + 1e-6;
-        let rows = raster.rows(tracer, reach);
-        let fill = |band: Range<u32>, emit: &mut dyn FnMut(usize, u32) -> bool| {
+        // In the tree's order neighbours lie side by side.
+        let slots: Vec<u32> = (0..tracer.leaves.len() as u32).collect();
+        let rows = raster.rows(tracer, &slots, reach);
+        let fill = |band: Range<u32>, emit: &mut dyn FnMut(u32, u32) -> bool| {
             let top = band.start;
-            raster.each_row(tracer, &rows, band, |slot, projected, y| {
-                let row = (y - top) as usize * side as usize;
-                projected.columns(f64::from(y), reach, side).all(|x| emit(row + x as usize, slot))
+            raster.each_row(tracer, &slots, &rows, band, |slot, projected, y| {
+                let row = (y - top) * side;
+                projected.columns(f64::from(y), reach, side).all(|x| emit(row + x, slot))
             });
         };
         let (starts, slots) = gather([side; 2], MAX_ENTRIES, fill)?;

@@ -8,7 +8,7 @@
 use crate::error::TraceError;
 use crate::light_fragments::{LightFragments, check_size};
 use crate::lists::gather;
-use crate::tracer::{Leaf, Tracer, UNTRACED};
+use crate::tracer::{Leaf, Tracer};
 use crate::watertight::{Corners, Crossing, weigh};
 use dapple_scene::LightView;
 use glam::DVec3;
@@ -77,30 +77,29 @@ impl Raster {
         [u * width - 0.5, v * height - 0.5]
     }
 
-    /// The rows of each placed triangle, from `reach` texels above it to as many below.
-    pub fn rows(&self, tracer: &Tracer, reach: f64) -> Vec<(u16, u16)> {
+    /// The rows of each leaf of `slots`, from `reach` texels above it to as many below.
+    pub fn rows(&self, tracer: &Tracer, slots: &[u32], reach: f64) -> Vec<(u16, u16)> {
         let rows = |leaf: &Leaf| {
             let [a, b, c] = leaf.corners.map(|p| self.y.dot(DVec3::from_array(p)) + self.offset[1]);
             let rows = whole(a.min(b).min(c) - reach, a.max(b).max(c) + reach, self.size[1]);
             (rows.start as u16, rows.end as u16)
         };
-        let of_slot = |&slot: &u32| match slot {
-            UNTRACED => (0, 0),
-            slot => rows(&tracer.leaves[slot as usize]),
-        };
-        tracer.slot_of_triangle.par_iter().map(of_slot).collect()
+        // None of a triangle that is not traced.
+        let of = |&slot: &u32| tracer.leaves.get(slot as usize).map_or((0, 0), rows);
+        slots.par_iter().map(of).collect()
     }
 
-    /// Calls `visit` with slot, projection and row of every triangle in every row of `band` that it
-    /// has, triangle after triangle, until it returns false.
+    /// Calls `visit` with slot, projection and row of every leaf of `slots` in every row of `band`
+    /// that `rows` gives it, leaf after leaf, until it returns false.
     pub fn each_row(
         &self,
         tracer: &Tracer,
+        slots: &[u32],
         rows: &[(u16, u16)],
         band: Range<u32>,
         mut visit: impl FnMut(u32, &Projected, u32) -> bool,
     ) {
-        for (&(start, end), &slot) in rows.iter().zip(&tracer.slot_of_triangle) {
+        for (&(start, end), &slot) in rows.iter().zip(slots) {
             let own = u32::from(start).max(band.start)..u32::from(end).min(band.end);
             if own.is_empty() {
                 continue;
@@ -164,16 +163,17 @@ pub(crate) fn light_fragments_by_raster(
 ) -> Result<LightFragments, TraceError> {
     let [width, height] = raster.size;
     check_size(width, height)?;
-    let rows = raster.rows(tracer, 0.0);
-    let fill = |band: Range<u32>, emit: &mut dyn FnMut(usize, (f32, u32)) -> bool| {
+    let slots = &tracer.slot_of_triangle;
+    let rows = raster.rows(tracer, slots, 0.0);
+    let fill = |band: Range<u32>, emit: &mut dyn FnMut(u32, (f32, u32)) -> bool| {
         let top = band.start;
-        raster.each_row(tracer, &rows, band, |slot, projected, y| {
+        raster.each_row(tracer, slots, &rows, band, |slot, projected, y| {
             let leaf = &tracer.leaves[slot as usize];
-            let row = (y - top) as usize * width as usize;
+            let row = (y - top) * width;
             projected.columns(f64::from(y), 0.0, width).all(|x| {
                 match projected.cover([f64::from(x), f64::from(y)]) {
                     Some(hit) if (0.0..=1.0).contains(&hit.t) && tracer.is_there(leaf, &hit) => {
-                        emit(row + x as usize, (hit.t as f32, leaf.id))
+                        emit(row + x, (hit.t as f32, leaf.id))
                     }
                     _ => true,
                 }

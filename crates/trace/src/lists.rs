@@ -52,54 +52,54 @@ pub(crate) fn split<'a, T>(
 }
 
 /// A list for each cell of a raster, `limit` (< 2^32) items at most in all: their starts and the
-/// items, or `None` if there are more.
+/// items in the order they came, or `None` if there are more.
 ///
 /// `fill` hands over cell (counted from the first of the rows asked for) and item of everything in
-/// some rows, until it is told false; it is asked twice, first to count.
-pub(crate) fn gather<T: Copy + Default + Send>(
+/// some rows, until it is told false.
+pub(crate) fn gather<T: Copy + Default + Send + Sync>(
     [width, height]: [u32; 2],
     limit: usize,
-    fill: impl Fn(Range<u32>, &mut dyn FnMut(usize, T) -> bool) + Sync,
+    fill: impl Fn(Range<u32>, &mut dyn FnMut(u32, T) -> bool) + Sync,
 ) -> Option<(Vec<u32>, Vec<T>)> {
-    let mut starts = vec![0; width as usize * height as usize + 1];
-    if starts.len() == 1 {
-        return Some((starts, Vec::new()));
+    if width == 0 || height == 0 {
+        return Some((vec![0], Vec::new()));
     }
     let rows = height.div_ceil(BANDS);
-    let band = |i: usize| i as u32 * rows..(i as u32 * rows + rows).min(height);
-    let cells = rows as usize * width as usize;
     let total = AtomicUsize::new(0);
-    starts[1..].par_chunks_mut(cells).enumerate().for_each(|(i, counts)| {
+    let band = |i: u32| {
+        let rows = i * rows..(i * rows + rows).min(height);
+        let cells = rows.len() * width as usize;
         let before = total.load(Ordering::Relaxed);
-        let mut found = 0;
-        fill(band(i), &mut |cell, _| {
-            counts[cell] += 1;
-            found += 1;
-            before + found <= limit
+        let mut found = Vec::new();
+        fill(rows, &mut |cell, item| {
+            found.push((cell, item));
+            before + found.len() <= limit
         });
-        total.fetch_add(found, Ordering::Relaxed);
-    });
-    let total = total.into_inner();
-    if total > limit {
+        total.fetch_add(found.len(), Ordering::Relaxed);
+        sorted(cells, &found)
+    };
+    let bands: Vec<_> = (0..height.div_ceil(rows)).into_par_iter().map(band).collect();
+    if total.into_inner() > limit {
         return None;
     }
-    let mut end = 0;
-    for start in &mut starts {
-        end += *start;
-        *start = end;
+    let starts = starts(bands.iter().flat_map(|band| &band.0).copied());
+    let items: Vec<&[T]> = bands.iter().map(|band| band.1.as_slice()).collect();
+    Some((starts, items.concat()))
+}
+
+/// The length of each cell's list, and the lists.
+fn sorted<T: Copy + Default>(cells: usize, found: &[(u32, T)]) -> (Vec<u32>, Vec<T>) {
+    let mut lengths = vec![0; cells];
+    for (cell, _) in found {
+        lengths[*cell as usize] += 1;
     }
-    let mut items = vec![T::default(); total];
-    let bands = split(&starts, cells, &mut items);
-    bands.into_par_iter().enumerate().for_each(|(i, items)| {
-        let here = &starts[i * cells..];
-        let mut next: Vec<u32> = here.iter().take(cells).map(|s| s - here[0]).collect();
-        fill(band(i), &mut |cell, item| {
-            items[next[cell] as usize] = item;
-            next[cell] += 1;
-            true
-        });
-    });
-    Some((starts, items))
+    let mut next = starts(lengths.iter().copied());
+    let mut items = vec![T::default(); found.len()];
+    for &(cell, item) in found {
+        items[next[cell as usize] as usize] = item;
+        next[cell as usize] += 1;
+    }
+    (lengths, items)
 }
 
 #[cfg(test)]
@@ -118,11 +118,10 @@ mod tests {
     #[test]
     fn items_gather_in_their_cells_in_the_order_they_come() {
         // Item k lies in cell k² mod 700 of 7 columns and 100 rows.
-        let fill = |rows: Range<u32>, emit: &mut dyn FnMut(usize, usize) -> bool| {
+        let fill = |rows: Range<u32>, emit: &mut dyn FnMut(u32, usize) -> bool| {
             for item in 0..5000 {
-                let cell = item * item % 700;
-                if rows.contains(&(cell as u32 / 7)) && !emit(cell - 7 * rows.start as usize, item)
-                {
+                let cell = (item * item % 700) as u32;
+                if rows.contains(&(cell / 7)) && !emit(cell - 7 * rows.start, item) {
                     return;
                 }
             }

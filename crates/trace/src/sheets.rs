@@ -5,7 +5,7 @@
 
 use crate::tracer::{Leaf, Tracer, UNTRACED};
 use glam::DVec3;
-use std::collections::HashMap;
+use rayon::prelude::*;
 
 /// A label for each triangle; equal labels are connected.
 pub(crate) struct Sheets {
@@ -14,16 +14,20 @@ pub(crate) struct Sheets {
 
 impl Sheets {
     /// Labels the leaves of `instance_of`'s instances; untraced triangles stay alone.
-    pub fn of(leaves: &[Leaf], triangles: usize, instance_of: impl Fn(u32) -> u32) -> Self {
+    pub fn of(leaves: &[Leaf], triangles: usize, instance_of: impl Fn(u32) -> u32 + Sync) -> Self {
         let mut parent: Vec<u32> = (0..triangles as u32).collect();
-        let mut first_with: HashMap<(u32, [u64; 3]), u32> = HashMap::new();
-        for leaf in leaves {
-            let instance = instance_of(leaf.id);
-            for corner in leaf.corners {
-                // Adding zero makes one zero of the two.
-                let bits = corner.map(|c| (c + 0.0).to_bits());
-                let other = *first_with.entry((instance, bits)).or_insert(leaf.id);
-                let (a, b) = (root(&mut parent, leaf.id), root(&mut parent, other));
+        let corners_of = |leaf: &Leaf| {
+            let (instance, id) = (instance_of(leaf.id), leaf.id);
+            // Adding zero makes one zero of the two.
+            leaf.corners.map(|corner| (instance, corner.map(|c| (c + 0.0).to_bits()), id))
+        };
+        let mut corners: Vec<_> = leaves.par_iter().flat_map_iter(corners_of).collect();
+        // Equal corners come to lie side by side.
+        corners.par_sort_unstable();
+        for pair in corners.windows(2) {
+            let [a, b] = [pair[0], pair[1]];
+            if (a.0, a.1) == (b.0, b.1) {
+                let (a, b) = (root(&mut parent, a.2), root(&mut parent, b.2));
                 parent[a.max(b) as usize] = a.min(b);
             }
         }
