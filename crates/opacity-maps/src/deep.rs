@@ -179,8 +179,8 @@ fn grown(tolerance: f64) -> f64 {
     (2.0 * tolerance).max(FIRST_TOLERANCE)
 }
 
-/// The same curve in f64, each piece found by trying all vertices from its beginning anew, and the
-/// tolerance it took. The processor's form differs by the rounding of what it stores.
+/// The same curve in f64 from all its vertices at once, and the tolerance it took. The processor's
+/// form differs by the rounding of what it stores.
 pub fn reference_curve(
     settings: &Deep,
     fragments: &[Fragment],
@@ -240,20 +240,16 @@ fn pieces(vertices: &[Point], tolerance: f64) -> Vec<Point> {
                 _ => ((low - from[1]) / run, (high - from[1]) / run),
             }
         };
-        let range = |passed: &[Point]| {
-            passed
-                .iter()
-                .map(slopes)
-                .fold((f64::NEG_INFINITY, 0.0), |(least, most), (low, high)| {
-                    (f64::max(least, low), f64::min(most, high))
-                })
-        };
-        let fits = |end: usize| {
-            let (least, most) = range(&vertices[next..end]);
-            least <= most
-        };
-        let end = (next + 1..=vertices.len()).take_while(|&end| fits(end)).last().unwrap_or(next);
-        let (least, most) = range(&vertices[next..end]);
+        let (mut least, mut most) = (f64::NEG_INFINITY, 0.0);
+        let mut end = next;
+        for (low, high) in vertices[next..].iter().map(slopes) {
+            let narrowed = (f64::max(least, low), f64::min(most, high));
+            if narrowed.0 > narrowed.1 {
+                break;
+            }
+            (least, most) = narrowed;
+            end += 1;
+        }
         let reached = if end > next { vertices[end - 1] } else { from };
         if reached[0] > from[0] {
             let run = reached[0] - from[0];
