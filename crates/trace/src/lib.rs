@@ -1,6 +1,7 @@
 //! Ground truth by rays: visibility, depth maps, item buffers, light visibility and the box
 //! filtered shadow signal, all from one watertight `f64` ray caster. For what lets light through:
 //! opacities, every surface along a light's or a camera's ray, and the light that reaches a point.
+//! For volumes: exact chords through balls, and a march through voxels to judge them by.
 //!
 //! A BVH of f32 boxes finds candidates, conservatively; whether and where a ray meets a triangle is
 //! decided in `f64` alone. So no result depends on the tree, the thread count, the scene's scale or
