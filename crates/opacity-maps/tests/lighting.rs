@@ -60,8 +60,8 @@ fn opaque_surfaces_have_blinn_phong_of_their_light() {
         let behind = Light { towards, ..light(1.0) };
         assert_eq!(shade(&shiny, EYE, &[behind], Vec3::ZERO, &Rules::default()), Vec3::ZERO);
     }
-    let edge = Light { towards: Vec3::X, ..light(1.0) };
-    assert!(shade(&shiny, -Vec3::X, &[edge], Vec3::ZERO, &Rules::default()).is_finite());
+    let against = shade(&shiny, -light(1.0).towards, &[light(1.0)], Vec3::ZERO, &Rules::default());
+    assert_eq!(against, Vec3::ZERO);
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn strands_are_lit_across_and_shine_around_the_mirrored_cone() {
     let off = Rules::default();
     assert_eq!(lit(&matt, 0.5, &off), lit(&leaf(), 0.5, &off));
     assert_eq!(lit(&leaf(), 0.5, &rules), lit(&leaf(), 0.5, &off));
-    let pole = Surface { tangent: Some(Vec3::X), ..trunk() };
+    let pole = Surface { tangent: Some(Vec3::Y), ..trunk() };
     assert_eq!(lit(&pole, 0.5, &rules), lit(&trunk(), 0.5, &off));
 }
 

@@ -44,7 +44,8 @@ impl Precision {
     pub fn value(self, sum: f32) -> f32 {
         match self {
             Self::Float => sum,
-            Self::Bytes => f32::from((sum.min(1.0) * 255.0 + 0.5) as u8),
+            // The cast clips at 0 and 255.
+            Self::Bytes => f32::from((sum * 255.0 + 0.5) as u8),
         }
     }
 }

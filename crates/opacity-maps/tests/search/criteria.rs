@@ -146,6 +146,10 @@ fn background_raises_correlation_and_the_mask_takes_it_away() {
     let (plain, spread) = (score(scoring, 32, 6, &full), score(scoring, 64, 6, &padded));
     assert!(spread > plain + 0.05, "{plain} {spread}");
     assert!((score(masked, 64, 6, &padded) - score(masked, 32, 6, &full)).abs() < 1e-9);
+    let information = Scoring::plain(Criterion::MutualInformation);
+    let masked = Scoring { mask: true, ..information };
+    assert_eq!(score(masked, 64, 6, &padded), score(masked, 32, 6, &full));
+    assert_ne!(score(information, 64, 6, &padded), score(information, 32, 6, &full));
 }
 
 #[test]
@@ -202,6 +206,10 @@ fn mutual_information_of_maps_agrees_with_a_histogram_of_each_pair() {
         assert!((score(scoring, 40, layers, &sums) - expected).abs() < 1e-12);
         assert!(expected > 1.0);
     }
+    // The greatest value has the highest level to itself.
+    let ends: Vec<f32> = (0..64).flat_map(|i| [0.98 + 0.02 * (i % 2) as f32; 2]).collect();
+    let copied = score(Scoring::plain(Criterion::MutualInformation), 8, 2, &ends);
+    assert!((copied - 2f64.ln()).abs() < 1e-12);
 }
 
 #[test]
@@ -259,6 +267,13 @@ fn a_smaller_scoring_size_looks_at_the_texels_of_a_grid() {
             score(Scoring::plain(criterion), 16, layers, &thinned),
         );
         assert!((a - b).abs() < 1e-9 * b.abs(), "{criterion:?}: {a} {b}");
+    }
+    // A side that is no whole part of the map's is still the most.
+    let wide = vec![0.0; 100 * 60];
+    let layers = Layers::new((100, 60), 1, 1, 0, &wide).unwrap();
+    for (side, columns, rows) in [(64, 50, 30), (0, 100, 60), (100, 100, 60), (1, 1, 1)] {
+        let texels = Region::whole(&layers, side).texels(100).count();
+        assert_eq!(texels, columns * rows, "side {side}");
     }
 }
 

@@ -2,8 +2,8 @@
 
 use crate::rays::{fragments, poisson, split, sums, volume};
 use dapple_opacity_maps::{
-    Bins, Blend, Code, Criterion, EndMap, Format, Fragments, Layered, Layout, Lookup, Packing,
-    Receiver, Settings, Split, SplitKind, Storage,
+    Bins, Blend, Blur, Code, Criterion, EndMap, Format, Fragments, Layered, Layout, Lookup,
+    Packing, Receiver, Settings, Split, SplitKind, Storage, Taps,
     cpu::Maps,
     exact::Exact,
     search::{
@@ -304,6 +304,64 @@ fn a_map_of_nothing_is_searched_too_and_keeps_the_even_split() {
     }
     let tiled = searched(Criterion::Correlation, 5, 8, &empty);
     assert!(tiled.texture().lambdas().iter().all(|&l| l == 0.0));
+}
+
+#[test]
+fn each_tile_has_the_split_that_is_best_there() {
+    // Neither side is a whole number of tiles.
+    let (width, height, layers) = (21, 13, 6);
+    let fragments = fragments(width, height, 20, |random, x, y, out| {
+        let thick = if (x / 8 + y / 8) % 2 == 0 { 0.6 } else { 0.02 };
+        poisson(random, (0.1, 0.9), 40.0, thick, out);
+    });
+    let exact = Exact::of(&fragments);
+    let trials: Vec<Maps> = (0..=10)
+        .map(|step| {
+            let settings = with_lambda(&bounding(layers), step as f32 / 10.0).unwrap();
+            let mut maps = Maps::new(width, height, &settings).unwrap();
+            maps.build(&fragments).unwrap();
+            maps
+        })
+        .collect();
+    let search = searched(Criterion::Oracle, layers, 8, &fragments);
+    let texture = search.texture();
+    assert_eq!(texture.len(), 6);
+    let mut found = Vec::new();
+    for tile in 0..texture.len() {
+        let region = texture.region(tile);
+        let errors: Vec<f64> = trials
+            .iter()
+            .map(|maps| oracle::squared_error(maps, &fragments, &exact, region).0)
+            .collect();
+        let best = (0..11).reduce(|a, b| if errors[b] < errors[a] { b } else { a }).unwrap();
+        for texel in region.texels(width as usize) {
+            assert_eq!(texture.lambda(texel), best as f32 / 10.0, "tile {tile}, texel {texel}");
+            assert_eq!(search.maps().texel(texel), trials[best].texel(texel));
+        }
+        found.push(best);
+    }
+    assert!(found.windows(2).all(|w| w[0] != w[1]), "a chessboard: {found:?}");
+}
+
+#[test]
+fn blurred_sums_are_read_with_the_split_of_the_receivers_own_texel() {
+    let fragments = volume(24, 21, 30.0, 0.2);
+    let blurred = |lambda: f32| {
+        let mut settings = with_lambda(&bounding(6), lambda).unwrap();
+        (settings.taps, settings.blur) = (Taps::Box3, Blur::Stored);
+        settings
+    };
+    let plan = Plan::plain(blurred(0.0), Criterion::EqualTransmittance);
+    let mut search = Search::new(24, 24, plan).unwrap();
+    finish(&mut search, &fragments);
+    assert!(search.lambda() > 0.0);
+    let read = |maps: &Maps| -> Vec<f32> {
+        let at = |i: usize| Receiver::at(i as f32 / 200.0, 0.4, 0.3 + i as f32 / 400.0);
+        (0..200).map(|i| maps.transmittance(&at(i))).collect()
+    };
+    let mut same = Maps::new(24, 24, &blurred(search.lambda())).unwrap();
+    same.build(&fragments).unwrap();
+    assert_eq!(read(search.maps()), read(&same));
 }
 
 #[test]

@@ -115,8 +115,8 @@ fn scores_of_an_abandoned_search_and_second_scores_change_nothing() {
     let mut cycle = Cycle::new(Criterion::Correlation, THESIS, Shown::Adopted);
     let old = cycle.frame().trial.unwrap();
     cycle.needs_recompute();
-    assert_eq!(cycle.scored(old, -1e9), None);
     let first = cycle.frame().trial.unwrap();
+    assert_eq!(cycle.scored(old, -1e9), None);
     cycle.scored(first, 5.0);
     cycle.scored(first, -1e9);
     while let Some(trial) = cycle.frame().trial {
