@@ -1,4 +1,7 @@
-// Four channels of each texture of a pass; those beyond its number are not written.
+// Render targets of a pass.
+override TARGETS: u32 = 8u;
+
+// Four channels of each; those beyond their number are not written.
 struct Targets {
     @location(0) t0: vec4<f32>,
     @location(1) t1: vec4<f32>,

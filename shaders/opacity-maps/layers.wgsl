@@ -11,8 +11,6 @@
 // 256 less the first bin of a texel that ran over, 0 where none did.
 @group(1) @binding(4) var<storage, read_write> overrun: array<atomic<u32>>;
 
-// Render targets of a pass.
-override TARGETS: u32 = 8u;
 // Whether a target holds the fragments of its own layers alone.
 override SLABS: bool = false;
 // The masks as first printed: channels before a fragment's own are left out of every target.
