@@ -1,5 +1,7 @@
 //! Hypotheses of the sources, each with the code that judges it.
 
+pub(crate) mod verdict;
+
 use crate::{SuiteError, problem::Problem};
 use dapple_gpu::Gpu;
 use serde::Serialize;

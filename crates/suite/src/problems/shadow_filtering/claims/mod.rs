@@ -5,7 +5,7 @@
 //! the tests can show each verdict coming out. `H7.x` are statements of the source, `D7.x` follow
 //! from its equations by analysis, `S7.x` are goals of our own.
 
-use crate::claims::Claim;
+use crate::claims::{Claim, verdict};
 
 mod cost;
 mod edges;
@@ -22,7 +22,6 @@ mod speed;
 mod still;
 mod timing;
 mod two_depths;
-mod verdict;
 
 /// Every claim of this problem.
 pub fn claims() -> Vec<Claim> {

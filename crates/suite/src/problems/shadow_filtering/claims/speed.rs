@@ -3,8 +3,7 @@
 use super::{
     super::subject_gpu::filter_error,
     still::VSM,
-    timing::paired,
-    verdict::{all_of, figure, judged},
+    verdict::{all_of, figure, judged, paired},
 };
 use crate::{
     SuiteError,

@@ -2,28 +2,12 @@
 
 use super::super::subject_gpu::filter_error;
 use super::still::{RESOLUTION, Recipe, Still};
+use super::verdict::paired;
 use crate::{SuiteError, claims::ClaimContext};
 use dapple_gpu::Gpu;
-use dapple_metrics::stats::{self, Ratio};
+use dapple_metrics::stats::Ratio;
 use dapple_shadows::filtering::{Counters, Settings, cpu, gpu};
 use std::time::Instant;
-
-/// Runs both `pairs` times in turn, after one run of each that is thrown away: caches and clocks
-/// drift, and what is measured side by side drifts together.
-pub fn paired(
-    pairs: usize,
-    mut a: impl FnMut() -> Result<f64, SuiteError>,
-    mut b: impl FnMut() -> Result<f64, SuiteError>,
-) -> Result<Ratio, SuiteError> {
-    a()?;
-    b()?;
-    let (mut first, mut second) = (Vec::new(), Vec::new());
-    for _ in 0..pairs {
-        first.push(a()?);
-        second.push(b()?);
-    }
-    Ok(stats::paired_ratio(&first, &second)?)
-}
 
 /// A still under some settings, filtered and shaded on the processor.
 struct CpuRun<'a> {
@@ -97,23 +81,5 @@ pub fn on_hardware(
             Ok(Some(self::gpu(gpu, &still, a, b)?.median))
         }
         None => Ok(None),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pairs_alternate_and_drift_cancels() {
-        // The clock slows down: every run takes longer than the one before.
-        let clock = std::cell::Cell::new(100.0_f64);
-        let tick = |work: f64| {
-            clock.set(clock.get() * 1.01);
-            Ok(work * clock.get())
-        };
-        let ratio = paired(21, || tick(3.0), || tick(1.0)).unwrap();
-        assert!((ratio.median - 3.0 / 1.01).abs() < 1e-9, "{ratio:?}");
-        assert!(paired(0, || Ok(1.0), || Ok(1.0)).is_err());
     }
 }

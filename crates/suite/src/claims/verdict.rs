@@ -1,7 +1,9 @@
-//! What judges share: figures, votes and the threshold for light that is seen.
+//! What judges share: votes, the threshold for light that is seen, two codes timed in turn.
 
-pub use crate::claims::figure;
-use crate::claims::{Figure, Judged, Verdict};
+pub use super::figure;
+use super::{Figure, Judged, Verdict};
+use crate::SuiteError;
+use dapple_metrics::stats::{self, Ratio};
 
 /// One grey level of an 8-bit image. A mean error below it vanishes when the picture is stored;
 /// a mean leak above it brightens the whole of a full shadow by at least one level.
@@ -55,6 +57,26 @@ pub fn near(values: &[(f64, f64, f64)]) -> Verdict {
     if close { Verdict::Reproduced } else { Verdict::Refuted }
 }
 
+/// Runs both `pairs` times in turn, after one run of each that is thrown away: caches and clocks
+/// drift, and what is measured side by side drifts together.
+///
+/// # Errors
+/// Those of the two, or no pair.
+pub fn paired(
+    pairs: usize,
+    mut a: impl FnMut() -> Result<f64, SuiteError>,
+    mut b: impl FnMut() -> Result<f64, SuiteError>,
+) -> Result<Ratio, SuiteError> {
+    a()?;
+    b()?;
+    let (mut first, mut second) = (Vec::new(), Vec::new());
+    for _ in 0..pairs {
+        first.push(a()?);
+        second.push(b()?);
+    }
+    Ok(stats::paired_ratio(&first, &second)?)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,5 +110,18 @@ mod tests {
         assert_eq!(near(&[(0.3125, 0.313, 1e-3), (0.31, 0.313, 1e-3)]), Refuted);
         assert_eq!(near(&[(f64::NAN, 0.313, 1e-3)]), Refuted);
         assert_eq!(near(&[]), Open);
+    }
+
+    #[test]
+    fn pairs_alternate_and_drift_cancels() {
+        // The clock slows down: every run takes longer than the one before.
+        let clock = std::cell::Cell::new(100.0_f64);
+        let tick = |work: f64| {
+            clock.set(clock.get() * 1.01);
+            Ok(work * clock.get())
+        };
+        let ratio = paired(21, || tick(3.0), || tick(1.0)).unwrap();
+        assert!((ratio.median - 3.0 / 1.01).abs() < 1e-9, "{ratio:?}");
+        assert!(paired(0, || Ok(1.0), || Ok(1.0)).is_err());
     }
 }

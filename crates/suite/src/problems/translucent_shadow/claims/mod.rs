@@ -1,0 +1,36 @@
+//! What is said of opacity maps in layers (Voicu 2011), judged.
+//!
+//! Every judge measures first and then hands plain numbers to a function that decides, so that
+//! the tests can show each verdict coming out. What the source prints is judged beside what it
+//! means: a listing or a bin rule that is off gets figures of its own.
+
+mod bom;
+mod cascades;
+mod crop;
+mod dom;
+mod osm;
+mod support;
+
+use crate::claims::{Claim, verdict};
+
+/// Every claim of this problem.
+pub fn claims() -> Vec<Claim> {
+    let mut all = part_one();
+    all.extend(part_two());
+    all
+}
+
+/// Sections 1 to 5: crop, cascades, opacity maps, deep and bounding opacity maps.
+fn part_one() -> Vec<Claim> {
+    let mut all = crop::claims();
+    all.extend(cascades::claims());
+    all.extend(osm::claims());
+    all.extend(dom::claims());
+    all.extend(bom::claims());
+    all
+}
+
+/// Sections 6 to 10: splits, their search, lighting, future work, times.
+fn part_two() -> Vec<Claim> {
+    Vec::new()
+}

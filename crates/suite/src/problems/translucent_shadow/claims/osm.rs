@@ -1,0 +1,5 @@
+use crate::claims::Claim;
+
+pub fn claims() -> Vec<Claim> {
+    Vec::new()
+}
