@@ -7,6 +7,7 @@
 
 mod cascades;
 pub mod case;
+mod claims;
 mod errors;
 mod gates;
 mod maps;
@@ -57,7 +58,7 @@ impl Problem for TranslucentShadow {
     }
 
     fn claims(&self) -> Vec<Claim> {
-        Vec::new()
+        claims::claims()
     }
 
     fn stress(&self) -> Vec<Axis> {
