@@ -57,6 +57,10 @@ pub fn settings(
 ) -> Result<Settings, SuiteError> {
     let knobs = &setting.knobs;
     let mut s = Settings::plain(code(setting, span)?);
+    if s.code == Code::Unshadowed {
+        // Nothing is stored, so nothing opaque hides either.
+        s.opaque = Opaque::Weight { weight: 1.0, in_bounds: false };
+    }
     if knobs.contains_key("taps") {
         let taps = [
             ("1", Taps::One),
