@@ -23,7 +23,15 @@ struct BoundsParams {
     pad: [u32; 3],
 }
 
-const PATH: &str = "opacity-maps/bounds.wgsl";
+/// Shader of the passes that find the ends.
+pub(super) const PATH: &str = "opacity-maps/bounds.wgsl";
+
+/// What is bound where there are no bounds.
+pub(super) fn none(gpu: &Gpu) -> Result<wgpu::TextureView, GpuError> {
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING;
+    let texture = gpu.texture("no bounds", 1, 1, wgpu::TextureFormat::R32Float, usage)?;
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
+}
 
 /// Which ends a technique needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,6 +13,7 @@ use super::{
     raster::Raster,
     shade::Decoder,
     targets::{self, MOST_TARGETS, Target, TargetMaps, blend_state},
+    technique::Cost,
 };
 use crate::{
     Blend, Blur, Format, Layered, Layout, Lookup, Opaque, Packing, Settings, Slicing, Storage,
@@ -57,9 +58,7 @@ impl LayeredMaps {
         };
         let stretches = matches!(settings.opaque, Opaque::Weight { in_bounds: true, .. });
         let bounds = ends.map(|ends| Bounds::new(gpu, raster, ends, stretches)).transpose()?;
-        let usage = wgpu::TextureUsages::TEXTURE_BINDING;
-        let empty = gpu.texture("no bounds", 1, 1, wgpu::TextureFormat::R32Float, usage)?;
-        let no_bounds = empty.create_view(&wgpu::TextureViewDescriptor::default());
+        let no_bounds = bounds::none(gpu)?;
         let placed =
             place(layered, settings.opaque, [raster.width, raster.height], scale(layered), || {
                 // Quantiles take every fragment, even and growing planes the outermost alone.
@@ -128,41 +127,31 @@ impl LayeredMaps {
         make(&Decoder { path, constants: &constants, resources: &resources })
     }
 
-    /// Passes over the geometry.
-    pub fn geometry_passes(&self) -> u64 {
-        let opacity = match &self.maps {
-            Maps::Blended(maps) => maps.passes(),
-            Maps::Bins(_) => 1,
+    /// What it costs; of receivers, one between the bounds and not in the first layer, of
+    /// fragments, one of the first layer.
+    pub fn cost(&self, taps: u64, blur: Blur) -> Cost {
+        let bounds = self.bounds.as_ref().map_or(0, Bounds::bytes);
+        let (passes, bytes, bytes_per_fragment) = match &self.maps {
+            Maps::Blended(maps) if is_slabs(&self.layered) => {
+                (maps.passes(), maps.bytes(), maps.texel_bytes())
+            }
+            Maps::Blended(maps) => {
+                let all = u64::from(maps.textures()) * maps.texel_bytes();
+                (maps.passes(), maps.bytes(), all)
+            }
+            Maps::Bins(bins) => (1, bins.bytes(), 4),
         };
-        opacity + self.ends.map_or(0, bounds::geometry_passes)
-    }
-
-    /// Bytes of bounds and maps, with what their making needs besides.
-    pub fn memory_bytes(&self) -> u64 {
-        let maps = match &self.maps {
-            Maps::Blended(maps) => maps.bytes(),
-            Maps::Bins(bins) => bins.bytes(),
-        };
-        maps + self.bounds.as_ref().map_or(0, Bounds::bytes)
-    }
-
-    /// Bytes of bounds and maps as shading reads them.
-    pub fn map_bytes(&self) -> u64 {
-        self.texels * crate::layered::bytes_per_texel(&self.layered)
-    }
-
-    /// Bytes that the opacity passes write for a fragment of the first layer.
-    pub fn bytes_per_fragment(&self) -> u64 {
-        match &self.maps {
-            Maps::Blended(maps) if is_slabs(&self.layered) => maps.texel_bytes(),
-            Maps::Blended(maps) => u64::from(maps.textures()) * maps.texel_bytes(),
-            Maps::Bins(_) => 4,
+        let map_bytes = self.texels * crate::layered::bytes_per_texel(&self.layered);
+        Cost {
+            geometry_passes: passes + self.ends.map_or(0, bounds::geometry_passes),
+            map_bytes,
+            other_bytes: (bytes + bounds).saturating_sub(map_bytes),
+            bytes_per_fragment,
+            fetches: self.fetches(taps, blur),
         }
     }
 
-    /// Texels that a receiver between the bounds, and not in the first layer, asks for: of bounds
-    /// and of layers, over `taps` taps.
-    pub fn fetches(&self, taps: u64, blur: Blur) -> u64 {
+    fn fetches(&self, taps: u64, blur: Blur) -> u64 {
         let layers = match self.layered.lookup {
             Lookup::Lerp => 2,
             Lookup::Nearest | Lookup::Exclusive => 1,
@@ -190,14 +179,7 @@ impl LayeredMaps {
             Maps::Bins(bins) => return bins.read(gpu, layers),
             Maps::Blended(maps) => maps,
         };
-        let per_texture = per_texture(&self.layered) as usize;
-        let mut out = Vec::new();
-        for index in 0..maps.textures() {
-            let texels = maps.read(gpu, index)?;
-            for channel in 0..per_texture {
-                out.push(texels.iter().copied().skip(channel).step_by(4).collect());
-            }
-        }
+        let mut out = maps.read_channels(gpu, per_texture(&self.layered) as usize)?;
         out.truncate(layers);
         Ok(out)
     }

@@ -13,20 +13,24 @@ mod fragments;
 mod join;
 mod layered;
 mod layers;
+mod nearest;
 mod raster;
+mod series;
 mod shade;
 mod stage;
+mod survivors;
 mod targets;
+mod technique;
 
 pub use error::OpacityGpuError;
 pub use fragments::fragments;
 
-use crate::{Code, Model, Opaque, Receiver, Settings, Taps};
+use crate::{Blur, Model, Opaque, Receiver, Settings, Taps};
 use dapple_gpu::light_space::LightSpaceMesh;
 use dapple_gpu::{Frame, Gpu};
-use layered::LayeredMaps;
 use raster::Raster;
 use shade::{Decoder, Shade};
+use technique::Technique;
 
 /// Work and room of a frame, from how things are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,15 +53,6 @@ pub struct Counters {
 pub enum Fault {
     /// The opacity pass tests and writes depths: what lies behind a surface drawn before is lost.
     DepthTested,
-}
-
-/// What a technique adds to the opaque map and to shading.
-#[derive(Debug)]
-enum Technique {
-    /// Nothing.
-    Lit,
-    /// Layers of opacity.
-    Layered(Box<LayeredMaps>),
 }
 
 /// One technique over one mesh, one map size and one set of receivers.
@@ -115,33 +110,10 @@ impl Renderer {
         settings.check()?;
         let raster = Raster::new(gpu, mesh, model, size, settings.opaque)?;
         let depth_tested = fault == Some(Fault::DepthTested);
-        let technique = match &settings.code {
-            Code::Unshadowed => Technique::Lit,
-            Code::Layered(layered) => Technique::Layered(Box::new(LayeredMaps::new(
-                gpu,
-                &raster,
-                layered,
-                settings,
-                depth_tested,
-            )?)),
-            other => {
-                let name = format!("{other:?}");
-                let name = name.split(['(', ' ']).next().unwrap_or_default();
-                let why = "not yet written";
-                return Err(OpacityGpuError::NoForm { what: name.into(), why });
-            }
-        };
-        let shading = |decoder: &Decoder<'_>| {
+        let technique = Technique::new(gpu, &raster, settings, depth_tested)?;
+        let shade = technique.with_decoder(|decoder: &Decoder<'_>| {
             Shade::new(gpu, receivers, settings, size, raster.opaque_view(), decoder)
-        };
-        let shade = match &technique {
-            Technique::Lit => shading(&Decoder {
-                path: "opacity-maps/shade_lit.wgsl",
-                constants: &[],
-                resources: &[],
-            })?,
-            Technique::Layered(maps) => maps.with_decoder(shading)?,
-        };
+        })?;
         gpu.check()?;
         let counters = counters(&raster, &technique, receivers, settings);
         Ok(Self { raster, technique, shade, counters })
@@ -150,10 +122,7 @@ impl Renderer {
     /// Records a frame's passes.
     pub fn record(&self, frame: &mut Frame<'_>) {
         self.raster.record_opaque(frame);
-        match &self.technique {
-            Technique::Lit => {}
-            Technique::Layered(maps) => maps.record(frame, &self.raster),
-        }
+        self.technique.record(frame, &self.raster);
         self.shade.record(frame);
     }
 
@@ -171,12 +140,9 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::read`].
     pub fn read_bounds(&self, gpu: &Gpu) -> Result<Vec<[f32; 2]>, OpacityGpuError> {
-        match &self.technique {
-            Technique::Layered(maps) => match maps.bounds() {
-                Some(bounds) => Ok(bounds.read(gpu)?),
-                None => Ok(Vec::new()),
-            },
-            Technique::Lit => Ok(Vec::new()),
+        match self.technique.bounds() {
+            Some(bounds) => Ok(bounds.read(gpu)?),
+            None => Ok(Vec::new()),
         }
     }
 
@@ -185,10 +151,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::read`].
     pub fn read_maps(&self, gpu: &Gpu) -> Result<Vec<Vec<f32>>, OpacityGpuError> {
-        match &self.technique {
-            Technique::Layered(maps) => Ok(maps.read(gpu)?),
-            Technique::Lit => Ok(Vec::new()),
-        }
+        Ok(self.technique.read(gpu)?)
     }
 
     /// Work and room of a frame.
@@ -200,10 +163,8 @@ impl Renderer {
     /// Bytes on the device: maps and what their making needs, mesh, receivers and results.
     #[must_use]
     pub fn memory_bytes(&self) -> u64 {
-        let technique = match &self.technique {
-            Technique::Lit => 0,
-            Technique::Layered(maps) => maps.memory_bytes(),
-        };
+        let cost = self.technique.cost(1, Blur::Transmittance);
+        let technique = cost.map_bytes + cost.other_bytes;
         technique + self.raster.bytes() + self.shade.bytes()
     }
 }
@@ -220,20 +181,18 @@ fn counters(
         Taps::Box4 | Taps::Stochastic16 => 16,
     };
     let in_map = receivers.iter().filter(|r| r.in_map()).count() as u64;
-    let opaque = if settings.opaque == Opaque::Separate { taps } else { 0 };
-    let mut c = Counters {
-        map_bytes: if settings.opaque == Opaque::Separate { raster.opaque_bytes() } else { 0 },
-        receivers: receivers.len() as u64,
-        texture_fetches: in_map * opaque,
-        ..Counters::default()
+    let cost = technique.cost(taps, settings.blur);
+    let (opaque_bytes, opaque_taps) = match settings.opaque {
+        Opaque::Separate => (raster.opaque_bytes(), taps),
+        Opaque::Weight { .. } => (0, 0),
     };
-    if let Technique::Layered(maps) = technique {
-        c.geometry_passes = maps.geometry_passes();
-        c.map_bytes += maps.map_bytes();
-        c.bytes_per_fragment = maps.bytes_per_fragment();
-        c.texture_fetches += in_map * maps.fetches(taps, settings.blur);
+    Counters {
+        geometry_passes: cost.geometry_passes,
+        map_bytes: cost.map_bytes + opaque_bytes,
+        bytes_per_fragment: cost.bytes_per_fragment,
+        receivers: receivers.len() as u64,
+        texture_fetches: in_map * (cost.fetches + opaque_taps),
     }
-    c
 }
 
 /// Holds a struct against the shader's, field by field.

@@ -167,8 +167,19 @@ impl TargetMaps {
         texels * u64::from(self.textures()) * self.texel_bytes()
     }
 
+    /// The first `channels` channels of every texture, one map after the other.
+    pub fn read_channels(&self, gpu: &Gpu, channels: usize) -> Result<Vec<Vec<f32>>, GpuError> {
+        let mut maps = Vec::new();
+        for index in 0..self.textures() {
+            let texels = self.read(gpu, index)?;
+            let channel = |c| texels.iter().copied().skip(c).step_by(4).collect();
+            maps.extend((0..channels).map(channel));
+        }
+        Ok(maps)
+    }
+
     /// The four channels of a texture, texel after texel.
-    pub fn read(&self, gpu: &Gpu, index: u32) -> Result<Vec<f32>, GpuError> {
+    fn read(&self, gpu: &Gpu, index: u32) -> Result<Vec<f32>, GpuError> {
         let bytes = gpu.read_texture_layer(&self.texture, index)?;
         Ok(match self.texel.format {
             wgpu::TextureFormat::Rgba16Float => {
