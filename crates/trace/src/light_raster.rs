@@ -129,14 +129,14 @@ impl Projected {
             if p[1].min(q[1]) > bottom || p[1].max(q[1]) < top {
                 continue;
             }
-            if p[1] == q[1] {
+            let slope = (q[0] - p[0]) / (q[1] - p[1]);
+            if slope.is_finite() {
+                add(p[0] + (p[1].clamp(top, bottom) - p[1]) * slope);
+                add(p[0] + (q[1].clamp(top, bottom) - p[1]) * slope);
+            } else {
                 add(p[0]);
                 add(q[0]);
-                continue;
             }
-            let slope = (q[0] - p[0]) / (q[1] - p[1]);
-            add(p[0] + (p[1].clamp(top, bottom) - p[1]) * slope);
-            add(p[0] + (q[1].clamp(top, bottom) - p[1]) * slope);
         }
         let (left, right) = (a[0].min(b[0]).min(c[0]), a[0].max(b[0]).max(c[0]));
         whole((lo - margin).max(left - reach), (hi + margin).min(right + reach), width)

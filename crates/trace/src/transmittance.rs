@@ -77,7 +77,8 @@ pub fn transmittance(
 /// [`transmittance`] of every receiver, in parallel, each with a seed of its own.
 ///
 /// Rays of parallel light are found in another way than one by one, which takes a moment to prepare;
-/// where an edge runs exactly through a ray, it may choose the other side.
+/// where a ray runs exactly through an edge, it may choose the other side. (The ray of a receiver on
+/// a triangle seen edge-on does.)
 pub fn transmittance_all(
     tracer: &Tracer,
     opacities: &Opacities,
