@@ -14,7 +14,7 @@ fn on_circle(share: f32) -> vec2<f32> {
 // Place on the circle, in turns. A ray's two ends are kept apart.
 fn circle_place(share: f32) -> f32 {
     if BOUNDED {
-        let padding = 0.5 / f32(NUMBERS + 1u);
+        let padding = 0.5 / f32(series.numbers + 1u);
         return padding + share * (1.0 - 2.0 * padding);
     }
     return share;

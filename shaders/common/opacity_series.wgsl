@@ -1,9 +1,17 @@
-// Sums over all fragments of a ray, whatever they are sums of. The importer binds `bounds_map` and
-// `opaque_map`.
+// Sums over all fragments of a ray, whatever they are sums of. The importer binds `series`,
+// `bounds_map` and `opaque_map`.
 #import common/opacity_bounds.wgsl
 
-// Numbers of a texel: 2 n + 1 coefficients, or moments with the zeroth.
-override NUMBERS: u32 = 5u;
+struct SeriesParams {
+    // Numbers of a texel: 2 n + 1 coefficients, or moments with the zeroth.
+    numbers: u32,
+    // Share of the absorption at a receiver's own depth that counts as in front of it.
+    own: f32,
+    // Pull towards safe moments.
+    bias: f32,
+    pad0: u32,
+}
+
 // Whether depths are taken between each ray's bounds, or over the light's whole range.
 override BOUNDED: bool = false;
 

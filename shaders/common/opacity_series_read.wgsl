@@ -2,24 +2,15 @@
 // `maps` and defines `transmittance_before`.
 #import common/opacity_each.wgsl
 
-var<private> stored: array<vec4<f32>, 8>;
-
-fn read_stored(texel: vec2<u32>, mean: bool) {
-    for (var i = 0u; i < (NUMBERS + 3u) / 4u; i++) {
-        if !mean {
-            stored[i] = textureLoad(maps, texel, i, 0);
-            continue;
-        }
-        var sum = vec4(0.0);
-        for (var tap = 0u; tap < tap_count; tap++) {
-            sum += textureLoad(maps, taps[tap].texel, i, 0);
-        }
-        stored[i] = sum / f32(tap_count);
+fn number(texel: vec2<u32>, index: u32, mean: bool) -> f32 {
+    if !mean {
+        return textureLoad(maps, texel, index / 4u, 0)[index % 4u];
     }
-}
-
-fn number(index: u32) -> f32 {
-    return stored[index / 4u][index % 4u];
+    var sum = 0.0;
+    for (var i = 0u; i < tap_count; i++) {
+        sum += textureLoad(maps, taps[i].texel, index / 4u, 0)[index % 4u];
+    }
+    return sum / f32(tap_count);
 }
 
 fn decode(texel: vec2<u32>, depth: f32) -> f32 {

@@ -3,7 +3,8 @@
 #import common/opacity_surface.wgsl
 #import common/opacity_targets.wgsl
 
-@group(1) @binding(0) var bounds_map: texture_2d<f32>;
+@group(1) @binding(0) var<uniform> series: SeriesParams;
+@group(1) @binding(1) var bounds_map: texture_2d<f32>;
 
 @fragment
 fn targets(in: Varyings) -> Targets {
@@ -17,7 +18,7 @@ fn targets(in: Varyings) -> Targets {
     terms[0].x = twice;
     let first = on_circle(share_of_way(z, ends_of(texel)));
     var harmonic = first;
-    for (var i = 1u; i < NUMBERS; i += 2u) {
+    for (var i = 1u; i < series.numbers; i += 2u) {
         terms[i / 4u][i % 4u] = twice * harmonic.y;
         terms[(i + 1u) / 4u][(i + 1u) % 4u] = twice * harmonic.x;
         harmonic = next_harmonic(harmonic, first);

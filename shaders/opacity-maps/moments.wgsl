@@ -3,7 +3,8 @@
 #import common/opacity_surface.wgsl
 #import common/opacity_targets.wgsl
 
-@group(1) @binding(0) var bounds_map: texture_2d<f32>;
+@group(1) @binding(0) var<uniform> series: SeriesParams;
+@group(1) @binding(1) var bounds_map: texture_2d<f32>;
 
 @fragment
 fn targets(in: Varyings) -> Targets {

@@ -4,8 +4,9 @@
 #import common/opacity_series_read.wgsl
 #import common/opacity_taps.wgsl
 
-@group(0) @binding(4) var bounds_map: texture_2d<f32>;
-@group(0) @binding(5) var maps: texture_2d_array<f32>;
+@group(0) @binding(4) var<uniform> series: SeriesParams;
+@group(0) @binding(5) var bounds_map: texture_2d<f32>;
+@group(0) @binding(6) var maps: texture_2d_array<f32>;
 
 fn transmittance_before(texel: vec2<u32>, depth: f32, mean: bool) -> f32 {
     let ends = ends_of(texel);
@@ -13,8 +14,7 @@ fn transmittance_before(texel: vec2<u32>, depth: f32, mean: bool) -> f32 {
     if depth <= ends.x || (thin && depth <= ends.y) {
         return 1.0;
     }
-    read_stored(texel, mean);
-    let total = 0.5 * number(0u);
+    let total = 0.5 * number(texel, 0u, mean);
     if depth > ends.y {
         return exp(-max(total, 0.0));
     }
@@ -22,9 +22,9 @@ fn transmittance_before(texel: vec2<u32>, depth: f32, mean: bool) -> f32 {
     let first = on_circle(share);
     var harmonic = first;
     var sum = 0.0;
-    for (var i = 1u; i < NUMBERS; i += 2u) {
-        let cosine = number(i) * harmonic.x;
-        let sine = number(i + 1u) * (1.0 - harmonic.y);
+    for (var i = 1u; i < series.numbers; i += 2u) {
+        let cosine = number(texel, i, mean) * harmonic.x;
+        let sine = number(texel, i + 1u, mean) * (1.0 - harmonic.y);
         sum += (cosine + sine) / f32((i + 1u) / 2u);
         harmonic = next_harmonic(harmonic, first);
     }

@@ -5,18 +5,9 @@
 #import common/opacity_series_read.wgsl
 #import common/opacity_taps.wgsl
 
-struct MomentParams {
-    // Share of the absorption at a receiver's own depth that counts as in front of it.
-    own: f32,
-    // Pull towards safe moments.
-    bias: f32,
-    pad0: u32,
-    pad1: u32,
-}
-
-@group(0) @binding(4) var bounds_map: texture_2d<f32>;
-@group(0) @binding(5) var maps: texture_2d_array<f32>;
-@group(0) @binding(6) var<uniform> reading: MomentParams;
+@group(0) @binding(4) var<uniform> series: SeriesParams;
+@group(0) @binding(5) var bounds_map: texture_2d<f32>;
+@group(0) @binding(6) var maps: texture_2d_array<f32>;
 
 // Even moments that biased ones are moved towards; the odd ones are 0.
 const SAFE_4 = array<f32, 3>(0.375, 0.375, 0.0);
@@ -25,12 +16,8 @@ const SAFE_6 = array<f32, 3>(0.48, 0.451, 0.45);
 fn transmittance_before(texel: vec2<u32>, depth: f32, mean: bool) -> f32 {
     let ends = ends_of(texel);
     let thin = ends.y - ends.x < THIN;
-    if depth <= ends.x || (thin && depth <= ends.y) {
-        return 1.0;
-    }
-    read_stored(texel, mean);
-    let total = number(0u);
-    if total <= 0.0 {
+    let total = number(texel, 0u, mean);
+    if total <= 0.0 || depth <= ends.x || (thin && depth <= ends.y) {
         return 1.0;
     }
     if depth > ends.y {
@@ -39,21 +26,21 @@ fn transmittance_before(texel: vec2<u32>, depth: f32, mean: bool) -> f32 {
     var m: array<f32, 7>;
     m[0] = 1.0;
     var safe = SAFE_6;
-    if NUMBERS == 5u {
+    if series.numbers == 5u {
         safe = SAFE_4;
     }
-    for (var j = 1u; j < NUMBERS; j += 2u) {
-        let odd = number(j) / total;
-        let even = number(j + 1u) / total;
-        m[j] = odd - reading.bias * odd;
-        m[j + 1u] = even + reading.bias * (safe[j / 2u] - even);
+    for (var j = 1u; j < series.numbers; j += 2u) {
+        let odd = number(texel, j, mean) / total;
+        let even = number(texel, j + 1u, mean) / total;
+        m[j] = odd - series.bias * odd;
+        m[j + 1u] = even + series.bias * (safe[j / 2u] - even);
     }
     let x = 2.0 * share_of_way(depth, ends) - 1.0;
     var share = 0.0;
-    if NUMBERS == 5u {
-        share = share_from_four(m, x, reading.bias, reading.own);
+    if series.numbers == 5u {
+        share = share_from_four(m, x, series.bias, series.own);
     } else {
-        share = share_from_six(m, x, reading.bias, reading.own);
+        share = share_from_six(m, x, series.bias, series.own);
     }
     return exp(-total * clamp(share, 0.0, 1.0));
 }

@@ -49,6 +49,7 @@ fn run<const N: usize>(
 fn harmonics_of_every_place_on_the_circle() {
     let Some(gpu) = test_gpu() else { return };
     let entry = "
+        var<private> series: SeriesParams;
         @group(1) @binding(0) var bounds_map: texture_2d<f32>;
         @group(1) @binding(1) var opaque_map: texture_depth_2d;
         fn one(i: u32) {
