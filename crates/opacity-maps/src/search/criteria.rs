@@ -182,7 +182,8 @@ impl Scorer {
             Precision::Bytes => 256.0,
             // The total does not depend on λ, so neither do the levels.
             Precision::Float => {
-                region.texels(width).map(|t| total(layers.texel(t))).fold(0.0, f32::max)
+                let totals = region.texels(width).map(|t| total(layers.texel(t)));
+                layers.value(precision, totals.fold(0.0, f32::max))
             }
         };
         self.histograms.clear();
@@ -195,7 +196,7 @@ impl Scorer {
                 if mask && total(sums) <= 0.0 {
                     continue;
                 }
-                let level = |sum: f32| information::level(precision.value(sum), most);
+                let level = |sum: f32| information::level(layers.value(precision, sum), most);
                 let mut before = level(sums[first]);
                 for (pair, cells) in joint.chunks_exact_mut(CELLS).enumerate().take(used) {
                     let next = level(sums[first + pair + 1]);
@@ -276,7 +277,7 @@ fn texel_differences(
         }
         let mut before = if through { 1.0 } else { 0.0 };
         for (k, &x) in sums.iter().enumerate() {
-            let x = precision.value(x);
+            let x = layers.value(precision, x);
             let x = f64::from(if through { (-unit * x).exp() } else { x });
             let step = x - before;
             before = x;
@@ -315,7 +316,7 @@ fn products(
         }
         n += 1.0;
         for ((d, &sum), shift) in values.iter_mut().zip(sums).zip(shifts) {
-            *d = f64::from(scoring.precision.value(sum)) - shift;
+            *d = f64::from(layers.value(scoring.precision, sum)) - shift;
         }
         for ((&d, x), xx) in values.iter().zip(&mut *x).zip(&mut *xx) {
             *x += d;
@@ -340,7 +341,7 @@ fn sampled_means(scoring: &Scoring, layers: &Layers, region: Region, out: &mut [
         }
         n += 1.0;
         for (mean, &sum) in out.iter_mut().zip(sums) {
-            *mean += f64::from(scoring.precision.value(sum));
+            *mean += f64::from(layers.value(scoring.precision, sum));
         }
     }
     if n > 0.0 {

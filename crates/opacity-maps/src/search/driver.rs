@@ -13,7 +13,10 @@ use super::{
     oracle,
     state::{Cycle, Shown, Steps},
 };
-use crate::{Code, Criterion, Fragments, OpacityError, Packing, Settings, cpu::Maps, exact::Exact};
+use crate::{
+    Blend, Code, Criterion, Format, Fragments, OpacityError, Packing, Settings, cpu::Maps,
+    exact::Exact,
+};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -71,6 +74,7 @@ struct Tile {
 pub struct Search {
     plan: Plan,
     layers: usize,
+    stored: (Blend, Format),
     cycle: Cycle,
     scorer: Scorer,
     tiles: Vec<Tile>,
@@ -91,7 +95,7 @@ impl Search {
         let Code::Layered(layered) = &plan.settings.code else {
             return Err(OpacityError::setting("code", "other", "a search needs layered maps"));
         };
-        let layers = layered.layers as usize;
+        let (layers, stored) = (layered.layers as usize, (layered.blend, layered.format));
         let criterion = plan.scoring.criterion;
         let few = plan.tile > 0 && criterion == Criterion::MutualInformation;
         if few || plan.tile == 1 && criterion == Criterion::Correlation {
@@ -118,6 +122,7 @@ impl Search {
         };
         Ok(Self {
             layers,
+            stored,
             cycle: Cycle::new(criterion, plan.steps, plan.shown),
             scorer: Scorer::new(plan.scoring),
             tiles: vec![Tile::default(); drawn_split.len()],
@@ -210,7 +215,8 @@ impl Search {
         let size = (fragments.width, fragments.height);
         let words = self.trial.code().words();
         let all = self.trial.words();
-        let layers = Layers::new(size, self.layers, words, words - self.layers, all)?;
+        let layers = Layers::new(size, self.layers, words, words - self.layers, all)?
+            .stored_as(self.stored.0, self.stored.1);
         if self.plan.tile == 0 {
             let score = self.scorer.score(&layers)?;
             self.tiles[0].score = score;

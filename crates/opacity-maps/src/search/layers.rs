@@ -1,9 +1,11 @@
 //! Maps as a criterion sees them.
 
-use crate::OpacityError;
+use super::Precision;
+use crate::{Blend, Format, OpacityError, layered::unit::Unit};
 
 /// Cumulative sums of opacity of all texels, row-major: texel t holds its `layers` sums from
-/// `sums[t * stride + offset]` on.
+/// `sums[t * stride + offset]` on. They are thicknesses unless [`Layers::stored_as`] says how they
+/// stand for such.
 #[derive(Clone, Copy, Debug)]
 pub struct Layers<'a> {
     width: usize,
@@ -12,6 +14,8 @@ pub struct Layers<'a> {
     stride: usize,
     offset: usize,
     sums: &'a [f32],
+    /// How sums are stored; none: as they are.
+    unit: Option<Unit>,
 }
 
 impl<'a> Layers<'a> {
@@ -43,7 +47,23 @@ impl<'a> Layers<'a> {
             let actual = sums.len();
             return Err(OpacityError::Length { what: "sums of the maps", expected, actual });
         }
-        Ok(Self { width, height, layers, stride, offset, sums })
+        Ok(Self { width, height, layers, stride, offset, sums, unit: None })
+    }
+
+    /// The same, with sums as this blend state leaves them in this format.
+    #[must_use]
+    pub fn stored_as(self, blend: Blend, format: Format) -> Self {
+        let plain = blend == Blend::Add && format != Format::Unorm8Scaled;
+        Self { unit: (!plain).then_some(Unit { blend, format }), ..self }
+    }
+
+    /// A stored sum as it is scored.
+    #[inline]
+    pub(super) fn value(&self, precision: Precision, sum: f32) -> f32 {
+        precision.value(match self.unit {
+            None => sum,
+            Some(unit) => unit.thickness(f64::from(sum)) as f32,
+        })
     }
 
     /// Texels in a row, rows.

@@ -289,6 +289,35 @@ fn packing_does_not_change_what_is_found() {
 }
 
 #[test]
+fn what_is_scored_is_thickness_however_it_is_stored() {
+    // Three units of a scaled byte, so that these round nothing either.
+    let fragments = volume(32, 22, 20.0, 3.0 * 8.0 * std::f32::consts::LN_2 / 255.0);
+    let scores = |blend, format, criterion| -> Vec<f64> {
+        let mut settings = bounding(8);
+        if let Code::Layered(layered) = &mut settings.code {
+            (layered.blend, layered.format) = (blend, format);
+        }
+        let mut search = Search::new(32, 32, Plan::plain(settings, criterion)).unwrap();
+        (0..11).map(|_| search.frame(&fragments).unwrap().trial.unwrap().1).collect()
+    };
+    for criterion in
+        [Criterion::EqualTransmittance, Criterion::EqualOpacity, Criterion::Correlation]
+    {
+        let plain = scores(Blend::Add, Format::F32, criterion);
+        for (blend, format, bound) in [
+            (Blend::Add, Format::Fixed, 1e-3),
+            (Blend::Over, Format::F32, 1e-3),
+            (Blend::Add, Format::Unorm8Scaled, 1e-3),
+            (Blend::Add, Format::F16, 0.02),
+        ] {
+            for (a, b) in scores(blend, format, criterion).iter().zip(&plain) {
+                assert!((a - b).abs() <= bound * b, "{criterion:?} {blend:?} {format:?}: {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_map_of_nothing_is_searched_too_and_keeps_the_even_split() {
     let empty = fragments(16, 16, 0, |_, _, _, _| {});
     for criterion in [
