@@ -1,5 +1,5 @@
 // Share of a ray's absorption in front of a depth, from 4 or 6 power moments; source, reasons and
-// reference in crates/opacity-maps/src/moments.rs.
+// reference in crates/opacity-maps/src/moments/.
 
 // `own` of the absorption at x itself counts. `m` are moments over the zeroth, biased.
 fn share_from_four(b: array<f32, 7>, x: f32, bias: f32, own: f32) -> f32 {
