@@ -117,7 +117,7 @@ fn volumes_match_the_march_and_sphere_surfaces_do_not() {
 fn only_depths_between_near_and_far_count() {
     let ball =
         Ball { centre: DVec3::ZERO, radius: 1.0, extinction: 1.0, profile: Profile::Homogeneous };
-    let mut view =
+    let view =
         LightView::fit_directional(DVec3::NEG_Y, &Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE })
             .unwrap();
     let whole = volume_fragments(&[ball], &view, 1, 1, 8).unwrap();
