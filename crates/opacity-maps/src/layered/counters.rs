@@ -54,7 +54,8 @@ pub fn building(layered: &Layered, settings: &Settings, fragments: &Fragments) -
     }
 }
 
-/// Words that a receiver reads: as far as its place among the layers makes it.
+/// Words that a receiver reads: as many as its place among the layers needs. `code` must have been
+/// prepared for the fragments that `maps` are built of.
 pub fn shading(
     code: &LayeredCode,
     settings: &Settings,

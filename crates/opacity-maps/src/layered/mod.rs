@@ -18,6 +18,7 @@
 //! forms differ by no more than the sum of both.
 
 pub mod boundaries;
+pub mod cells;
 pub mod counters;
 pub mod placement;
 pub mod planes;
@@ -106,6 +107,14 @@ impl LayeredCode {
         };
         let sums = &mut words[self.placement.bound_words()..];
         write::write(&drawn, self.unit, self.settings.packing, self.cover, scratch, sums);
+    }
+
+    /// Layer of a receiver, for views of layers; none in front of and behind all of them.
+    pub fn layer_at(&self, words: &[f32], depth: f32) -> Option<usize> {
+        match self.placement.place(self.placement.read(words), self.layers(), depth) {
+            Place::At(c) => Some((c as usize).min(self.layers() - 1)),
+            Place::Before | Place::Behind => None,
+        }
     }
 
     fn layers(&self) -> usize {

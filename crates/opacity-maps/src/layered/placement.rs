@@ -1,6 +1,6 @@
 //! Where a depth lies among a texel's layers.
 
-use super::{boundaries::Boundaries, split::SplitFunction};
+use super::{boundaries::Boundaries, cells::Cells, split::SplitFunction};
 use crate::{Fragment, Split};
 
 /// Bounds nearer to each other than this hold one layer.
@@ -192,35 +192,6 @@ impl Placement {
     }
 }
 
-/// Cells of t that [`Cells`] tells apart.
-const CELLS: usize = 1024;
-
-/// Layers of those cells of t that no boundary crosses: the split function need not be evaluated
-/// for fragments there.
-#[derive(Clone, Debug)]
-pub struct Cells(Vec<u16>);
-
-impl Cells {
-    /// A cell that a boundary crosses.
-    const MIXED: u16 = u16::MAX;
-
-    fn new(function: &SplitFunction, steps: f32) -> Self {
-        let layer = |i: usize| (function.coordinate(i as f32 / CELLS as f32) * steps) as u16;
-        let cell = |i| if layer(i) == layer(i + 1) { layer(i) } else { Self::MIXED };
-        // A function that falls somewhere would be judged by the ends of cells alone.
-        let at = (0..=2 * CELLS).map(|i| function.coordinate(i as f32 / (2 * CELLS) as f32));
-        let rises = at.is_sorted();
-        Self((0..CELLS).map(|i| if rises { cell(i) } else { Self::MIXED }).collect())
-    }
-
-    /// The layer at t, if its cell has one.
-    #[inline]
-    fn layer(&self, t: f32) -> Option<u32> {
-        let cell = self.0.get((t.max(0.0) * CELLS as f32) as usize)?;
-        (*cell != Self::MIXED).then_some(u32::from(*cell))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -255,31 +226,6 @@ mod tests {
         let depths = fragments(&[0.4, 0.5, 0.7]);
         placement.layers_of(bounds, 8, 0.0, &depths, &mut layer);
         assert_eq!(layer, [0, 0, 7]);
-    }
-
-    #[test]
-    fn cells_agree_with_the_function() {
-        let bounds = Bounds { first: 0.0, last: 1.0 };
-        let depths: Vec<f32> = (0..=50_000).map(|i| i as f32 / 50_000.0).collect();
-        let mut layers = vec![0; depths.len()];
-        for kind in [SplitKind::Normalised, SplitKind::Listing, SplitKind::Positions] {
-            for (lambda, steps) in [(0.3, 4), (1.0, 32), (1.0, 31), (0.7, 256)] {
-                let placement = Placement::bounded(&Split { lambda, kind, width: 512 }, steps);
-                placement.layers_of(bounds, 256, 0.0, &fragments(&depths), &mut layers);
-                let wrong = depths.iter().zip(&layers).filter(|&(&depth, &layer)| {
-                    let c = placement.coordinate(bounds, 256, depth);
-                    layer != (c as u32).min(255) && (c - c.round()).abs() > 1e-4
-                });
-                assert_eq!(wrong.count(), 0, "{kind:?} {lambda} {steps}");
-            }
-        }
-        let Placement::Bounded { split: Some((_, cells)), .. } =
-            Placement::bounded(&Split { lambda: 1.0, kind: SplitKind::Normalised, width: 512 }, 32)
-        else {
-            unreachable!("not uniform")
-        };
-        let mixed = (0..CELLS).filter(|&i| cells.0[i] == Cells::MIXED).count();
-        assert!((1..=32).contains(&mixed), "{mixed}");
     }
 
     #[test]

@@ -6,4 +6,5 @@
 mod extremes;
 mod port;
 mod properties;
+mod rows;
 mod support;

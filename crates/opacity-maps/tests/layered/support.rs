@@ -190,3 +190,8 @@ pub fn prefix(fragments: &Fragments, texel: usize, depth: f32) -> (f64, f64) {
 pub fn unit(rng: &mut impl Rng) -> f32 {
     rng.random_range(0.0..1.0f64) as f32
 }
+
+/// A fixed input on which faults show.
+pub fn rich() -> Fragments {
+    random(77, 6, 6, 40)
+}
