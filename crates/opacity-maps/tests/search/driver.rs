@@ -1,80 +1,16 @@
-//! Whole searches over maps, and the split texture that they leave.
+//! Whole searches over maps.
 
-use crate::rays::{fragments, poisson, split, sums, volume};
+use crate::rays::{fragments, split, sums, volume};
+use crate::searches::{bounding, finish, rmse, rmse_at, searched};
 use dapple_opacity_maps::{
-    Bins, Blend, Blur, Code, Criterion, EndMap, Format, Fragments, Layered, Layout, Lookup,
-    Packing, Receiver, Settings, Split, SplitKind, Storage, Taps,
-    cpu::Maps,
-    exact::Exact,
+    Bins, Blend, Code, Criterion, Format, Fragments, Layout, Packing, Receiver, Settings, Split,
+    SplitKind,
     search::{
         Layers, Plan, Scorer, Scoring, Search, Shown, SplitCode, SplitTexture, Steps,
-        criteria::is_better, oracle, with_lambda,
+        criteria::is_better,
     },
 };
 use std::sync::Arc;
-
-fn bounding(layers: u32) -> Settings {
-    Settings {
-        bias: 0.0,
-        ..Settings::plain(Code::Layered(Layered {
-            layout: Layout::Bounded {
-                split: Split { lambda: 0.0, kind: SplitKind::Normalised, width: 512 },
-                bins: Bins::Full,
-            },
-            layers,
-            lookup: Lookup::Lerp,
-            blend: Blend::Add,
-            format: Format::F32,
-            packing: Packing::Targets(8),
-            storage: Storage::Blend,
-            end_map: EndMap::MaxBlend,
-            write_bias: 0.0,
-            soft_start: false,
-        }))
-    }
-}
-
-/// A narrow stand, dense and strong, beside a wide one, sparse and faint: about as many fragments
-/// in either.
-fn mixed(side: u32, seed: u64) -> Fragments {
-    fragments(side, side, seed, |random, x, _, out| {
-        if x < side * 3 / 16 {
-            poisson(random, (0.1, 0.9), 60.0, 0.4, out);
-        } else if x > side * 3 / 16 + 2 {
-            poisson(random, (0.2, 0.8), 12.0, 0.05, out);
-        }
-    })
-}
-
-fn finish(search: &mut Search, fragments: &Fragments) -> u32 {
-    let mut scored = 0;
-    for _ in 0..100 {
-        let report = search.frame(fragments).unwrap();
-        scored += u32::from(report.trial.is_some());
-        if report.adopted {
-            break;
-        }
-    }
-    scored
-}
-
-fn rmse(maps: &Maps, fragments: &Fragments) -> f64 {
-    oracle::rmse(maps, fragments, &Exact::of(fragments)).unwrap()
-}
-
-fn rmse_at(lambda: f32, layers: u32, fragments: &Fragments) -> f64 {
-    let settings = with_lambda(&bounding(layers), lambda).unwrap();
-    let mut maps = Maps::new(fragments.width, fragments.height, &settings).unwrap();
-    maps.build(fragments).unwrap();
-    rmse(&maps, fragments)
-}
-
-fn searched(criterion: Criterion, layers: u32, tile: u32, fragments: &Fragments) -> Search {
-    let plan = Plan { tile, ..Plan::plain(bounding(layers), criterion) };
-    let mut search = Search::new(fragments.width, fragments.height, plan).unwrap();
-    assert_eq!(finish(&mut search, fragments), 11);
-    search
-}
 
 #[test]
 fn a_search_finds_what_maps_by_definition_say() {
@@ -172,49 +108,6 @@ fn the_best_split_falls_with_layers_and_rises_with_density_as_the_thesis_found()
         let differences = all(Criterion::Sad, &dense);
         assert!(differences.iter().all(|&lambda| lambda > 0.85), "{differences:?}");
     }
-}
-
-#[test]
-fn tiles_beat_one_split_for_all_where_dense_and_sparse_stand_side_by_side() {
-    let fragments = mixed(64, 1);
-    for layers in [4, 8, 16, 32] {
-        let error = |criterion, tile| {
-            rmse(searched(criterion, layers, tile, &fragments).maps(), &fragments)
-        };
-        let best_single = error(Criterion::Oracle, 0);
-        let known = [16, 8, 1].map(|tile| error(Criterion::Oracle, tile));
-        assert!(known[0] < best_single && known[1] < known[0] && known[2] < known[1]);
-        // A criterion that sees maps alone errs less in tiles than the best single λ there is.
-        let light = |tile| error(Criterion::EqualTransmittance, tile);
-        let (one, coarse, fine) = (light(0), light(16), light(8));
-        assert!(best_single <= one);
-        assert!(coarse < best_single, "K {layers}: {coarse} {best_single}");
-        assert!(fine < best_single, "K {layers}: {fine} {best_single}");
-        // By texel it gains too, but a ray's few fragments mislead where layers are thin.
-        let texel = light(1);
-        assert!(texel < one, "K {layers}: {texel} {one}");
-        assert!(layers == 4 || fine < texel, "K {layers}: {fine} {texel}");
-    }
-}
-
-#[test]
-fn receivers_must_read_with_the_split_that_maps_were_written_with() {
-    let fragments = mixed(64, 13);
-    let search = searched(Criterion::Oracle, 8, 8, &fragments);
-    let right = rmse(search.maps(), &fragments);
-    // The same words, read with the split of the whole map.
-    let settings = with_lambda(&bounding(8), search.lambda()).unwrap();
-    let reader = Maps::new(64, 64, &settings).unwrap();
-    let exact = Exact::of(&fragments);
-    let (mut sum, mut n) = (0.0, 0.0);
-    for texel in 0..fragments.texels() {
-        for f in fragments.texel(texel) {
-            let read = reader.code().decode(texel, search.maps().texel(texel), f.depth);
-            sum += (f64::from(read) - exact.transmittance(texel, f.depth)).powi(2);
-            n += 1.0;
-        }
-    }
-    assert!((sum / n).sqrt() > 1.5 * right, "{} {right}", (sum / n).sqrt());
 }
 
 #[test]
@@ -333,79 +226,6 @@ fn a_map_of_nothing_is_searched_too_and_keeps_the_even_split() {
     }
     let tiled = searched(Criterion::Correlation, 5, 8, &empty);
     assert!(tiled.texture().lambdas().iter().all(|&l| l == 0.0));
-}
-
-#[test]
-fn each_tile_has_the_split_that_is_best_there() {
-    // Neither side is a whole number of tiles.
-    let (width, height, layers) = (21, 13, 6);
-    let fragments = fragments(width, height, 20, |random, x, y, out| {
-        let thick = if (x / 8 + y / 8) % 2 == 0 { 0.6 } else { 0.02 };
-        poisson(random, (0.1, 0.9), 40.0, thick, out);
-    });
-    let exact = Exact::of(&fragments);
-    let trials: Vec<Maps> = (0..=10)
-        .map(|step| {
-            let settings = with_lambda(&bounding(layers), step as f32 / 10.0).unwrap();
-            let mut maps = Maps::new(width, height, &settings).unwrap();
-            maps.build(&fragments).unwrap();
-            maps
-        })
-        .collect();
-    let search = searched(Criterion::Oracle, layers, 8, &fragments);
-    let texture = search.texture();
-    assert_eq!(texture.len(), 6);
-    let mut found = Vec::new();
-    for tile in 0..texture.len() {
-        let region = texture.region(tile);
-        let errors: Vec<f64> = trials
-            .iter()
-            .map(|maps| oracle::squared_error(maps, &fragments, &exact, region).0)
-            .collect();
-        let best = (0..11).reduce(|a, b| if errors[b] < errors[a] { b } else { a }).unwrap();
-        for texel in region.texels(width as usize) {
-            assert_eq!(texture.lambda(texel), best as f32 / 10.0, "tile {tile}, texel {texel}");
-            assert_eq!(search.maps().texel(texel), trials[best].texel(texel));
-        }
-        found.push(best);
-    }
-    assert!(found.windows(2).all(|w| w[0] != w[1]), "a chessboard: {found:?}");
-}
-
-#[test]
-fn blurred_sums_are_read_with_the_split_of_the_receivers_own_texel() {
-    let fragments = volume(24, 21, 30.0, 0.2);
-    let blurred = |lambda: f32| {
-        let mut settings = with_lambda(&bounding(6), lambda).unwrap();
-        (settings.taps, settings.blur) = (Taps::Box3, Blur::Stored);
-        settings
-    };
-    let plan = Plan::plain(blurred(0.0), Criterion::EqualTransmittance);
-    let mut search = Search::new(24, 24, plan).unwrap();
-    finish(&mut search, &fragments);
-    assert!(search.lambda() > 0.0);
-    let read = |maps: &Maps| -> Vec<f32> {
-        let at = |i: usize| Receiver::at(i as f32 / 200.0, 0.4, 0.3 + i as f32 / 400.0);
-        (0..200).map(|i| maps.transmittance(&at(i))).collect()
-    };
-    let mut same = Maps::new(24, 24, &blurred(search.lambda())).unwrap();
-    same.build(&fragments).unwrap();
-    assert_eq!(read(search.maps()), read(&same));
-}
-
-#[test]
-fn every_texel_lies_in_one_tile() {
-    for (width, height, tile, tiles) in
-        [(16, 16, 8, 4), (17, 9, 8, 6), (5, 3, 1, 15), (5, 3, 0, 1), (5, 3, 64, 1)]
-    {
-        let texture = SplitTexture::new(width, height, tile, Steps::THESIS).unwrap();
-        assert_eq!(texture.len(), tiles);
-        let mut seen = vec![0; (width * height) as usize];
-        for tile in 0..tiles {
-            texture.region(tile).texels(width as usize).for_each(|texel| seen[texel] += 1);
-        }
-        assert!(seen.iter().all(|&n| n == 1), "{width} x {height}, {tile}");
-    }
 }
 
 #[test]

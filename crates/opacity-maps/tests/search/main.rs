@@ -5,4 +5,6 @@ mod criteria;
 mod driver;
 mod layers;
 mod rays;
+mod searches;
 mod state;
+mod tiles;
