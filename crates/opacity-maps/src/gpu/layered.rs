@@ -1,7 +1,8 @@
 //! OSM, DOM and BOM: layers of opacity, by the blending unit into textures or by atomics into bins.
 //!
 //! Blending writes cumulative sums: a fragment of layer k is added to every map from k on. Atomics
-//! add in fixed point whatever the format, to one bin a fragment.
+//! add in fixed point whatever the format (of [`Format::F32`] and [`Format::Fixed`]), to one bin a
+//! fragment and in one pass whatever the packing.
 
 use super::{
     OpacityGpuError,
