@@ -98,7 +98,9 @@ pub struct Layered {
     pub blend: Blend,
     /// Storage of a layer.
     pub format: Format,
-    /// How layers are spread over textures and passes: the result does not depend on it.
+    /// How layers are spread over textures and passes. The result depends on it by rounding alone,
+    /// save that [`Packing::Slabs`] clip each texture's sum by itself where a format clips, and
+    /// that [`Blend::Alpha`] and [`Blend::Premultiplied`] need textures of four channels.
     pub packing: Packing,
     /// Graphics form: who adds. The result does not depend on it, but for rounding.
     pub storage: Storage,

@@ -116,7 +116,15 @@ fn formats_saturate_stall_and_overflow_as_they_must() {
         let maps = build(&settings(one.clone()), &one_texel(texel));
         (at(&maps, 0.9), sums(&maps, &one, 0)[3])
     };
+    // Slabs clip each of their textures: eight layers in two reach twice the thickness of one.
+    let slabs = |layers| {
+        let texel = (0..100).map(|i| (0.2 + 0.005 * i as f32, 0.5)).collect();
+        let mut one = layered(bounded(0.0), layers);
+        (one.format, one.packing) = (Format::Unorm8, Packing::Slabs);
+        at(&build(&settings(one), &one_texel(texel)), 0.9)
+    };
     let e = std::f32::consts::E;
+    assert!((slabs(4) - 1.0 / e).abs() < 1e-6 && (slabs(8) - 1.0 / (e * e)).abs() < 1e-6);
     assert!((end(Format::Unorm8, 0.69, 50).0 - 1.0 / e).abs() < 1e-6, "the floor of bytes");
     assert!((end(Format::Unorm8Scaled, 0.69, 50).0 - 1.0 / 256.0).abs() < 1e-6);
     assert_eq!(end(Format::F16, 0.001, 50_000).1, 4.0, "halves stall");
