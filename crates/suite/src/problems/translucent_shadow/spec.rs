@@ -207,12 +207,12 @@ const TECHNIQUES: &[Technique] = &[
         PACKINGS,
         knobs![BLUR, LAYERS, LOOKUP, SLICING, BLEND, FORMAT, STORAGE],
     ),
-    technique("unshadowed", "No shadow", "voicu2011", NO_GPU, ONLY, &[RESOLUTION]),
+    technique("unshadowed", "No shadow", "voicu2011", FORMS, ONLY, &[RESOLUTION]),
     technique(
         "shadow-map",
         "Binary shadow map of all geometry",
         "williams1978",
-        NO_GPU,
+        FORMS,
         ONLY,
         &[RESOLUTION, TAPS, BIAS, CROP],
     ),
@@ -284,7 +284,7 @@ const TECHNIQUES: &[Technique] = &[
         "fourier",
         "Fourier opacity maps",
         "jansen2010",
-        NO_GPU,
+        FORMS,
         ONLY,
         knobs![
             BLUR,
@@ -305,7 +305,7 @@ const TECHNIQUES: &[Technique] = &[
         "moments",
         "Moment-based transmittance",
         "muenstermann2018",
-        NO_GPU,
+        FORMS,
         &[variant("four", "four power moments"), variant("six", "six power moments")],
         knobs![
             BLUR,
@@ -318,7 +318,7 @@ const TECHNIQUES: &[Technique] = &[
             .useful(1e-7, 1e-2),
             Knob::float(
                 "overestimation",
-                [0.0, 0.25, 1.0],
+                [0.0, 0.6, 1.0],
                 "0 the least, 1 the greatest transmittance the moments allow",
             ),
             BOUNDED,
@@ -329,7 +329,7 @@ const TECHNIQUES: &[Technique] = &[
         "stochastic",
         "Stochastic shadow map",
         "enderton2010",
-        NO_GPU,
+        FORMS,
         ONLY,
         knobs![
             Knob::int("samples", [1, 8, 64], "depths a texel")
