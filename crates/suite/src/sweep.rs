@@ -194,6 +194,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("quick", include_str!("../../../benches/sweeps/quick.toml")),
     ("curated", include_str!("../../../benches/sweeps/curated.toml")),
     ("thesis", include_str!("../../../benches/sweeps/thesis.toml")),
+    ("translucency", include_str!("../../../benches/sweeps/translucency.toml")),
 ];
 
 /// Every combination of the lists once, each completed with defaults. With no list, the defaults
