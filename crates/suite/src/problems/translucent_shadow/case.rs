@@ -17,7 +17,7 @@ use crate::{
     case::Case,
     knob::Get,
     problem::{Facts, Form, Picture, Prepared, Setting, Subject},
-    problems::shadow_filtering::scene as complete,
+    problems::shadow_filtering::{given::Given, scene as complete},
     truth_cache::TruthCache,
 };
 use dapple_gpu::{Gpu, light_space::LightSpaceMesh};
@@ -66,12 +66,7 @@ impl<'g> TranslucentCase<'g> {
     /// # Errors
     /// A scene that cannot be used, an unknown view, or a view without receivers.
     pub fn prepare(case: &Case, gpu: Option<&'g Gpu>) -> Result<Self, SuiteError> {
-        let parameters = &case.parameters;
-        let wishes = Wishes {
-            light: parameters.word("light")?.into(),
-            opacity: parameters.float("opacity")? as f32,
-            hair: parameters.word("hair")?.into(),
-        };
+        let wishes = Wishes::of(&case.parameters)?;
         Self::of(scene::load(&case.scene, &case.view, case.seed, &wishes)?, case, gpu)
     }
 
@@ -84,7 +79,22 @@ impl<'g> TranslucentCase<'g> {
         case: &Case,
         gpu: Option<&'g Gpu>,
     ) -> Result<Self, SuiteError> {
+        Self::given(loaded, &Given::default(), case, gpu)
+    }
+
+    /// The same with maps whose depth range is another than the one that fits. Techniques see the
+    /// scene as the truth does: nothing else of `given` counts.
+    ///
+    /// # Errors
+    /// As [`TranslucentCase::prepare`].
+    pub fn given(
+        loaded: scene::Loaded,
+        given: &Given,
+        case: &Case,
+        gpu: Option<&'g Gpu>,
+    ) -> Result<Self, SuiteError> {
         let scene::Loaded { seen, casters, lift_m, hash, mut notes } = loaded;
+        scene::require_translucent(&seen)?;
         let width = case.parameters.int("width")? as u32;
         let height = (width * 9 / 16).max(1);
         let footprint = case.parameters.float("footprint")?;
@@ -106,7 +116,7 @@ impl<'g> TranslucentCase<'g> {
         let opacities = Opacities::of(&casters)?;
         let (whole, note) = complete::light_view(&casters, &tracer.bounds())?;
         notes.extend(note);
-        let views = [whole, focused(&casters, whole)?];
+        let views = [whole, focused(&casters, whole)?].map(|view| given.view(view));
 
         let paths: Vec<LightPath> = layers
             .surfaces

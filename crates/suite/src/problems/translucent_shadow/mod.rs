@@ -16,11 +16,14 @@ mod port;
 pub mod scene;
 mod settings;
 mod spec;
+mod stress;
 mod subject_cascades;
 mod subject_cpu;
 mod subject_gpu;
 mod subject_reference;
 mod subject_search;
+#[cfg(test)]
+mod tests;
 
 pub use case::TranslucentCase;
 pub use settings::{resolution, settings};
@@ -62,6 +65,6 @@ impl Problem for TranslucentShadow {
     }
 
     fn stress(&self) -> Vec<Axis> {
-        Vec::new()
+        stress::axes()
     }
 }

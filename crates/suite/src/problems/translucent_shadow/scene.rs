@@ -4,6 +4,7 @@
 use crate::{
     SuiteError,
     case::{self, Source},
+    knob::{Get, Knobs},
     problems::shadow_filtering::scene as complete,
 };
 use dapple_scene::{Facing, Light, Mesh, Scene, Strands, generate, import};
@@ -29,16 +30,33 @@ pub struct Loaded {
 pub struct Wishes {
     /// `scene`, `above`, `slanted` or `side`.
     pub light: String,
+    /// Angle between the light and the vertical in place of `light`, degrees.
+    pub degrees: Option<f64>,
     /// Opacity of all translucent surfaces, 0 for the scene's own.
     pub opacity: f32,
     /// `lines` or `ribbons`.
     pub hair: String,
 }
 
+impl Wishes {
+    /// What a case's parameters ask for.
+    ///
+    /// # Errors
+    /// A parameter that is not there or of another kind.
+    pub fn of(parameters: &Knobs) -> Result<Self, SuiteError> {
+        Ok(Self {
+            light: parameters.word("light")?.into(),
+            degrees: None,
+            opacity: parameters.float("opacity")? as f32,
+            hair: parameters.word("hair")?.into(),
+        })
+    }
+}
+
 /// Loads or generates a scene, completes it and treats it as wished.
 ///
 /// # Errors
-/// As [`complete::load`]; a scene in which nothing is translucent.
+/// As [`complete::load`].
 pub fn load(name: &str, view: &str, seed: u64, wishes: &Wishes) -> Result<Loaded, SuiteError> {
     let complete::Loaded { scene, hash, notes } = complete::load(name, seed)?;
     let mut loaded = Loaded { seen: scene, casters: None, lift_m: 0.0, hash, notes };
@@ -49,7 +67,7 @@ pub fn load(name: &str, view: &str, seed: u64, wishes: &Wishes) -> Result<Loaded
     let (notes, mut unheard) = (&mut loaded.notes, Vec::new());
     let scenes = [(Some(&mut loaded.seen), notes), (loaded.casters.as_mut(), &mut unheard)];
     for (scene, notes) in scenes.into_iter().filter_map(|(s, n)| s.map(|s| (s, n))) {
-        turn_light(scene, &wishes.light, notes)?;
+        turn_light(scene, wishes, notes)?;
         let leaves = leaf_opacity(scene);
         if leaves > 0 {
             notes.push(format!(
@@ -61,15 +79,22 @@ pub fn load(name: &str, view: &str, seed: u64, wishes: &Wishes) -> Result<Loaded
             set_opacity(scene, wishes.opacity);
         }
     }
-    let any = loaded.seen.materials.iter().any(|m| m.opacity > 0.0 && m.opacity < 1.0);
-    if !any {
-        return Err(SuiteError::Usage(format!(
-            "scene {}: no material is translucent (opacity between 0 and 1), and none is cut out by \
-             an alpha texture; --param opacity=0.5 has nothing to apply to",
-            loaded.seen.name
-        )));
-    }
     Ok(loaded)
+}
+
+/// That there is something for light to go through.
+///
+/// # Errors
+/// A scene in which nothing is translucent.
+pub fn require_translucent(scene: &Scene) -> Result<(), SuiteError> {
+    if scene.materials.iter().any(|m| m.opacity > 0.0 && m.opacity < 1.0) {
+        return Ok(());
+    }
+    Err(SuiteError::Usage(format!(
+        "scene {}: no material is translucent (opacity between 0 and 1), and none is cut out by an \
+         alpha texture; --param opacity=0.5 has nothing to apply to",
+        scene.name
+    )))
 }
 
 fn is_hair(path: &std::path::Path) -> bool {
@@ -95,7 +120,7 @@ fn face(
     wishes: &Wishes,
 ) -> Result<(), SuiteError> {
     let camera = complete::camera(&loaded.seen, view)?;
-    let light = light_direction(&loaded.seen, &wishes.light)?;
+    let light = light_direction(&loaded.seen, wishes)?;
     replace(&mut loaded.seen, strands, Facing::Point(camera.position));
     loaded.notes.push("hair: ribbons that face the camera are seen".into());
     match wishes.hair.as_str() {
@@ -125,9 +150,13 @@ fn replace(scene: &mut Scene, strands: &Strands, facing: Facing) {
 }
 
 /// Direction of travel of the light that is wished.
-fn light_direction(scene: &Scene, wish: &str) -> Result<DVec3, SuiteError> {
+fn light_direction(scene: &Scene, wishes: &Wishes) -> Result<DVec3, SuiteError> {
+    if let Some(degrees) = wishes.degrees {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        return Ok(DVec3::new(-sin, -cos, 0.0));
+    }
     let side = 10.0_f64.to_radians();
-    Ok(match wish {
+    Ok(match wishes.light.as_str() {
         "scene" => scene
             .lights
             .iter()
@@ -146,13 +175,19 @@ fn light_direction(scene: &Scene, wish: &str) -> Result<DVec3, SuiteError> {
     .normalize_or(DVec3::NEG_Y))
 }
 
-fn turn_light(scene: &mut Scene, wish: &str, notes: &mut Vec<String>) -> Result<(), SuiteError> {
-    if wish == "scene" {
+fn turn_light(
+    scene: &mut Scene,
+    wishes: &Wishes,
+    notes: &mut Vec<String>,
+) -> Result<(), SuiteError> {
+    if wishes.light == "scene" && wishes.degrees.is_none() {
         return Ok(());
     }
-    let direction = light_direction(scene, wish)?;
+    let direction = light_direction(scene, wishes)?;
     scene.lights = vec![Light::Directional { direction }];
-    notes.push(format!("the scene's lights are replaced by one from {wish}"));
+    let from = wishes.degrees.map(|degrees| format!("{degrees} degrees off the vertical"));
+    let from = from.unwrap_or_else(|| wishes.light.clone());
+    notes.push(format!("the scene's lights are replaced by one from {from}"));
     Ok(())
 }
 

@@ -21,8 +21,18 @@ pub fn scaled(mut scene: Scene, scale: f64) -> Scene {
 
 /// Everything moved by `radii` of the scene (half the diagonal of its bounds), in the `f64` of
 /// the placements: vertices keep their bits.
-pub fn moved(mut scene: Scene, radii: f64) -> Scene {
-    let offset = AWAY * (radii * scene.bounds().radius());
+pub fn moved(scene: Scene, radii: f64) -> Scene {
+    let offset = away(&scene, radii);
+    moved_by(scene, offset)
+}
+
+/// Where [`moved`] moves a scene.
+pub fn away(scene: &Scene, radii: f64) -> DVec3 {
+    AWAY * (radii * scene.bounds().radius())
+}
+
+/// Everything moved by `offset`, metres.
+pub fn moved_by(mut scene: Scene, offset: DVec3) -> Scene {
     transform(&mut scene, DAffine3::from_translation(offset));
     scene
 }
@@ -190,8 +200,8 @@ pub fn with_confetti(mut scene: Scene, count: u32, seed: u64) -> Scene {
     scene
 }
 
-/// Places a square of half side 1 that faces y, and returns its mesh.
-fn add_square(scene: &mut Scene, transform: DAffine3) -> u32 {
+/// Places a square of half side 1 that faces y, of a new opaque material, and returns its mesh.
+pub fn add_square(scene: &mut Scene, transform: DAffine3) -> u32 {
     let corner = |x: f32, z: f32| Vec3::new(x, 0.0, z);
     scene.materials.push(Material { name: "square (added)".into(), ..Material::default() });
     scene.meshes.push(Mesh {

@@ -5,7 +5,7 @@
 //! and the window; `bad` is input that must be refused.
 
 mod bad;
-mod edit;
+pub(in crate::problems) mod edit;
 mod knobs;
 #[cfg(test)]
 mod tests;
@@ -45,17 +45,21 @@ const UNCHANGED: Criterion = Criterion { metric: "rmse", times: 1.0, plus: 0.005
 const HARDER: Criterion = Criterion { metric: "rmse", times: 1.25, plus: 0.02 };
 
 /// Nothing is bad at any value.
-fn never(_: f64) -> bool {
+pub(in crate::problems) fn never(_: f64) -> bool {
     false
 }
 
-fn as_it_is(setting: &Setting, _: f64) -> Option<Setting> {
+pub(in crate::problems) fn as_it_is(setting: &Setting, _: f64) -> Option<Setting> {
     Some(setting.clone())
 }
 
 /// The setting with another value of a knob, where the technique has it. The knob's own range is
 /// passed over: that is what extremes are.
-fn with(setting: &Setting, knob: &str, value: impl Into<Value>) -> Option<Setting> {
+pub(in crate::problems) fn with(
+    setting: &Setting,
+    knob: &str,
+    value: impl Into<Value>,
+) -> Option<Setting> {
     let mut changed = setting.clone();
     *changed.knobs.get_mut(knob)? = value.into();
     Some(changed)
@@ -77,7 +81,7 @@ fn pushed(push: fn(Scene, f64, &Case) -> (Scene, Given)) -> Prepare {
 }
 
 /// Position of a word on an axis of words.
-fn position(value: f64) -> usize {
+pub(in crate::problems) fn position(value: f64) -> usize {
     // Negative and not a number become 0, which is home on every such axis.
     value as usize
 }
