@@ -3,7 +3,7 @@
 use crate::{
     SuiteError,
     knob::{Get, Knobs},
-    problem::Setting,
+    problem::{Form, Setting},
 };
 use dapple_opacity_maps::{
     Adaptive, Bins, Blend, Blur, Code, Deep, EndMap, Format, Fourier, Layered, Layout, Lookup,
@@ -108,12 +108,14 @@ fn code(
                 ("density", Slicing::Density),
                 ("growing", Slicing::Growing),
             ];
-            let mut layered = layered(knobs, Layout::Planes(choice(knobs, "slicing", &slicings)?))?;
+            let layout = Layout::Planes(choice(knobs, "slicing", &slicings)?);
+            let mut layered = layered(setting, layout)?;
             layered.packing = match variant {
                 "single" => Packing::Single,
                 "slabs" => Packing::Slabs,
                 "sorted" => Packing::Sorted,
-                _ => Packing::Targets(8),
+                "targets" => Packing::Targets(8),
+                _ => layered.packing,
             };
             Code::Layered(layered)
         }
@@ -122,12 +124,12 @@ fn code(
             let span = if asked == 0.0 { span()?.clamp(1e-6, 10.0) } else { asked };
             let growth = knobs.float("growth")? as f32;
             let listing = variant == "listing";
-            Code::Layered(layered(knobs, Layout::Deep { span, growth, listing })?)
+            Code::Layered(layered(setting, Layout::Deep { span, growth, listing })?)
         }
-        "bom" => bounded(knobs, variant)?,
+        "bom" => bounded(setting)?,
         "bom-search" => {
             let split = Split { lambda: 0.0, kind: SplitKind::Normalised, width: TABLE_WIDTH };
-            Code::Layered(layered(knobs, Layout::Bounded { split, bins: Bins::Full })?)
+            Code::Layered(layered(setting, Layout::Bounded { split, bins: Bins::Full })?)
         }
         "fourier" => Code::Fourier(Fourier {
             pairs: whole(knobs, "pairs", 0, u32::MAX)?,
@@ -159,7 +161,8 @@ fn code(
     })
 }
 
-fn bounded(knobs: &Knobs, variant: &str) -> Result<Code, SuiteError> {
+fn bounded(setting: &Setting) -> Result<Code, SuiteError> {
+    let knobs = &setting.knobs;
     let kinds = [
         ("normalised", SplitKind::Normalised),
         ("listing", SplitKind::Listing),
@@ -179,9 +182,9 @@ fn bounded(knobs: &Knobs, variant: &str) -> Result<Code, SuiteError> {
         kind: choice(knobs, "split", &kinds)?,
         width: TABLE_WIDTH,
     };
-    let thesis = variant == "thesis";
+    let thesis = setting.variant == "thesis";
     let bins = if thesis { Bins::Thesis } else { Bins::Full };
-    let mut layered = layered(knobs, Layout::Bounded { split, bins })?;
+    let mut layered = layered(setting, Layout::Bounded { split, bins })?;
     layered.end_map = choice(knobs, "end_map", &ends)?;
     if thesis {
         layered.write_bias = knobs.float("bias")? as f32;
@@ -189,8 +192,10 @@ fn bounded(knobs: &Knobs, variant: &str) -> Result<Code, SuiteError> {
     Ok(Code::Layered(layered))
 }
 
-/// A layered map's common knobs.
-fn layered(knobs: &Knobs, layout: Layout) -> Result<Layered, SuiteError> {
+/// A layered map's common knobs, packed as suits the form: a processor touches each fragment once,
+/// a device blends into eight targets at once.
+fn layered(setting: &Setting, layout: Layout) -> Result<Layered, SuiteError> {
+    let knobs = &setting.knobs;
     let lookups =
         [("lerp", Lookup::Lerp), ("nearest", Lookup::Nearest), ("exclusive", Lookup::Exclusive)];
     let blends = [
@@ -199,14 +204,19 @@ fn layered(knobs: &Knobs, layout: Layout) -> Result<Layered, SuiteError> {
         ("alpha", Blend::Alpha),
         ("premultiplied", Blend::Premultiplied),
     ];
+    let blend = or_default(knobs, "blend", &blends)?;
+    // Where channels depend on each other, what shares a texture decides the result.
+    let apart = matches!(blend, Blend::Add | Blend::Over);
+    let packing =
+        if setting.form == Form::Gpu || !apart { Packing::Targets(8) } else { Packing::Sorted };
     let storages = [("blend", Storage::Blend), ("atomic", Storage::Atomic)];
     Ok(Layered {
         layout,
         layers: whole(knobs, "layers", 0, u32::MAX)?,
         lookup: choice(knobs, "lookup", &lookups)?,
-        blend: or_default(knobs, "blend", &blends)?,
+        blend,
         format: format(knobs)?,
-        packing: Packing::Targets(8),
+        packing,
         storage: or_default(knobs, "storage", &storages)?,
         end_map: EndMap::MaxBlend,
         write_bias: 0.0,

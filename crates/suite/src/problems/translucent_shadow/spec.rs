@@ -192,6 +192,7 @@ const fn technique(
 }
 
 const PACKINGS: &[Variant] = &[
+    variant("plain", "as suits the form: sorted on a processor, targets on a device"),
     variant("targets", "four layers a texture, eight textures a pass"),
     variant("single", "one texture and one pass a layer"),
     variant("slabs", "four layers a texture, one pass a texture"),
