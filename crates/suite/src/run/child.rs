@@ -194,8 +194,11 @@ impl<'a> Timed<'a> {
         }
     }
 
-    fn totals(&self) -> Vec<f64> {
-        self.samples().1.iter().map(|frames| frames.iter().sum::<u64>() as f64).collect()
+    /// Time of a frame, the mean of each repeat: a technique with a path of its own is compared
+    /// frame by frame with one that has a still view.
+    fn means(&self) -> Vec<f64> {
+        let mean = |f: &Vec<u64>| f.iter().sum::<u64>() as f64 / f.len().max(1) as f64;
+        self.samples().1.iter().map(mean).collect()
     }
 
     fn fill(&self, row: &mut Row, baseline: Option<&Timed<'_>>) {
@@ -215,7 +218,7 @@ impl<'a> Timed<'a> {
         // A device's time over a wall clock's would say nothing.
         row.ratio = baseline
             .filter(|baseline| baseline.samples().0 == clock)
-            .and_then(|baseline| stats::paired_ratio(&self.totals(), &baseline.totals()).ok())
+            .and_then(|baseline| stats::paired_ratio(&self.means(), &baseline.means()).ok())
             .map(|ratio| ratio.median);
     }
 }
@@ -375,6 +378,9 @@ mod tests {
         assert_eq!(ratio(&timed(99, Some(8)), &timed(77, Some(4))), Some(2.0));
         assert_eq!(ratio(&timed(30, None), &timed(10, Some(4))), None);
         assert_eq!(ratio(&timed(30, Some(4)), &timed(10, None)), None);
+        let mut path = timed(30, None);
+        path.wall.iter_mut().for_each(|frames| *frames = vec![20, 30, 40, 30]);
+        assert_eq!(ratio(&path, &timed(10, None)), Some(3.0), "a frame, not a path");
     }
 
     #[test]
