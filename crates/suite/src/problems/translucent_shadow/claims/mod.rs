@@ -9,6 +9,7 @@ mod cascades;
 mod crop;
 mod dom;
 mod osm;
+mod osm_packing;
 mod support;
 
 use crate::claims::{Claim, verdict};
@@ -25,6 +26,7 @@ fn part_one() -> Vec<Claim> {
     let mut all = crop::claims();
     all.extend(cascades::claims());
     all.extend(osm::claims());
+    all.extend(osm_packing::claims());
     all.extend(dom::claims());
     all.extend(bom::claims());
     all
