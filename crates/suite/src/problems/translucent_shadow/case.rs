@@ -257,6 +257,11 @@ impl<'g> TranslucentCase<'g> {
         self.law
     }
 
+    /// First receiver of every pixel, nearest first, and the end.
+    pub fn pixels(&self) -> &[u32] {
+        &self.lighting.starts
+    }
+
     /// Columns and rows of the image.
     pub fn size(&self) -> [u32; 2] {
         self.size
