@@ -8,6 +8,7 @@ mod bom;
 mod cascades;
 mod crop;
 mod dom;
+mod dom_layers;
 mod osm;
 mod osm_packing;
 mod support;
@@ -28,6 +29,7 @@ fn part_one() -> Vec<Claim> {
     all.extend(osm::claims());
     all.extend(osm_packing::claims());
     all.extend(dom::claims());
+    all.extend(dom_layers::claims());
     all.extend(bom::claims());
     all
 }

@@ -227,6 +227,12 @@ pub fn thesis_reading(method: Method) -> Method {
     method
 }
 
+/// Shares of the deepest ray that deep opacity maps are tried over.
+pub const SPANS: [f32; 8] = [0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 1.5, 3.0];
+
+/// All ways of reading layers.
+pub const LOOKUPS: [Lookup; 3] = [Lookup::Lerp, Lookup::Nearest, Lookup::Exclusive];
+
 impl Still {
     /// The fragments of a method's grid.
     ///
@@ -291,6 +297,55 @@ impl Still {
         let grid =
             port::Grid { fragments: &fragments, own: &own, law: &own, receivers: &receivers };
         Ok(port::deep(&grid, &own, &method.settings))
+    }
+
+    /// The method's error against the deep shadow map of the same texels alone.
+    ///
+    /// # Errors
+    /// Settings that are refused.
+    pub fn layering(&self, method: &Method) -> Result<f64, SuiteError> {
+        let (result, deep) = (self.shade(&self.maps(method)?)?, self.deep(method)?);
+        Ok(dapple_metrics::rmse(&result, &deep, Some(self.case.mask()))?)
+    }
+
+    /// The one of some methods with the least of these errors, and that error.
+    ///
+    /// # Errors
+    /// Settings that are refused, or no method.
+    pub fn best(
+        &self,
+        methods: impl IntoIterator<Item = Method>,
+    ) -> Result<(Method, f64), SuiteError> {
+        let mut best: Option<(Method, f64)> = None;
+        for method in methods {
+            let error = self.layering(&method)?;
+            if best.as_ref().is_none_or(|(_, least)| error < *least) {
+                best = Some((method, error));
+            }
+        }
+        best.ok_or_else(|| SuiteError::Usage("no method to choose from".into()))
+    }
+
+    /// A method read in its own best way.
+    ///
+    /// # Errors
+    /// As [`Still::best`].
+    pub fn best_lookup(&self, method: &Method) -> Result<(Method, f64), SuiteError> {
+        self.best(LOOKUPS.map(|lookup| method.clone().lookup(lookup)))
+    }
+
+    /// Deep opacity maps at their best span and lookup; `change` says what else they are to be.
+    ///
+    /// # Errors
+    /// As [`Still::best`].
+    pub fn best_dom(
+        &self,
+        layers: u32,
+        change: impl Fn(Method) -> Method,
+    ) -> Result<(Method, f64), SuiteError> {
+        let deepest = self.deepest()?;
+        let of = |span: f32| LOOKUPS.map(|l| change(dom(layers, span * deepest)).lookup(l));
+        self.best(SPANS.into_iter().flat_map(of))
     }
 
     /// How wrong a method is.
