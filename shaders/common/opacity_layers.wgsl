@@ -46,6 +46,8 @@ override LAYOUT: u32 = 4u;
 override SPLIT: u32 = 0u;
 // H(t) (K - 1) instead of H(t) K.
 override THESIS_BINS: bool = false;
+// Side of the tiles that have a λ of their own, in the table; 0: there is one for all.
+override TILE: u32 = 0u;
 
 // First and last depth of a texel, (1, 0) without any.
 fn ends_of(texel: vec2<u32>) -> vec2<f32> {
@@ -53,6 +55,17 @@ fn ends_of(texel: vec2<u32>) -> vec2<f32> {
         return vec2(table[0], table[layered.layers]);
     }
     return own_ends(texel);
+}
+
+// λ of a texel.
+fn lambda_of(texel: vec2<u32>) -> f32 {
+    if TILE == 0u {
+        return layered.lambda;
+    }
+    // Divisions by the constant are checked even where they are not reached.
+    let side = max(TILE, 1u);
+    let tile = texel / side;
+    return table[tile.y * ((layered.width + side - 1u) / side) + tile.x];
 }
 
 // Place of x between the rising entries 0..=last of the table, 0..=last: an entry belongs to what
@@ -94,8 +107,11 @@ fn between_texels(x: f32) -> f32 {
 const HALVINGS = 24;
 
 // The u whose mixed position is t.
-fn of_position(t: f32) -> f32 {
-    if layered.lambda == 1.0 {
+fn of_position(t: f32, lambda: f32) -> f32 {
+    if lambda == 0.0 {
+        return t;
+    }
+    if lambda == 1.0 {
         return logarithmic(t);
     }
     var low = 0.0;
@@ -103,7 +119,7 @@ fn of_position(t: f32) -> f32 {
     for (var i = 0; i < HALVINGS; i++) {
         let u = 0.5 * (low + high);
         let position = (exp2(u * layered.octaves) - 1.0) / layered.stretch;
-        if (1.0 - layered.lambda) * u + layered.lambda * position <= t {
+        if (1.0 - lambda) * u + lambda * position <= t {
             low = u;
         } else {
             high = u;
@@ -113,7 +129,7 @@ fn of_position(t: f32) -> f32 {
 }
 
 // H: local depth to layer coordinate 0..=1.
-fn split_function(local: f32) -> f32 {
+fn split_function(local: f32, lambda: f32) -> f32 {
     if SPLIT == UNIFORM {
         return clamp(local, 0.0, 1.0);
     }
@@ -124,7 +140,7 @@ fn split_function(local: f32) -> f32 {
     var u = t;
     switch SPLIT {
         case NORMALISED: {
-            u = (1.0 - layered.lambda) * t + layered.lambda * logarithmic(t);
+            u = (1.0 - lambda) * t + lambda * logarithmic(t);
         }
         case TABLE: {
             u = between_texels(t * f32(layered.last_entry));
@@ -133,14 +149,14 @@ fn split_function(local: f32) -> f32 {
             u = between_texels(min(t, 0.9999) * f32(layered.last_entry + 1u) - 0.5);
         }
         default: {
-            u = of_position(t);
+            u = of_position(t, lambda);
         }
     }
     return min(u, 1.0);
 }
 
 // Layer coordinate 0..=K of a depth at or behind a ray's first.
-fn layer_coordinate(depth: f32, ends: vec2<f32>) -> f32 {
+fn layer_coordinate(depth: f32, ends: vec2<f32>, lambda: f32) -> f32 {
     let layers = f32(layered.layers);
     switch LAYOUT {
         case PLANES_UNIFORM: {
@@ -165,7 +181,7 @@ fn layer_coordinate(depth: f32, ends: vec2<f32>) -> f32 {
             if range >= THIN {
                 t = (depth - ends.x) / range;
             }
-            return split_function(t) * select(layers, layers - 1.0, THESIS_BINS);
+            return split_function(t, lambda) * select(layers, layers - 1.0, THESIS_BINS);
         }
     }
 }

@@ -1,23 +1,16 @@
 // Transmittance from layers of opacity. The importer defines `stored_layer`, the number that a
 // texel keeps for a layer, and binds `layered`, `table` and `bounds_map`.
+#import common/opacity_number.wgsl
 
 // LOOKUP.
 const LERP = 0u;
 const NEAREST = 1u;
 const EXCLUSIVE = 2u;
 override LOOKUP: u32 = 0u;
-// Whether numbers are 1 - Π(1 - α) instead of sums.
-override OPACITIES: bool = false;
 // Whether a texture holds the fragments of its own layers alone.
 override SLABS: bool = false;
 // Thickness is multiplied by the share of taps whose first fragment lies in front.
 override SOFT_START: bool = false;
-
-// Largest opacity of which the logarithm is taken.
-const MOST_OPACITY = 0.9990234375;
-
-// Beyond it nothing is left to tell apart, and no infinity is interpolated.
-const MOST_THICKNESS = 1e30;
 
 // Number stored for a layer: of a texel, or the mean over all taps.
 fn number(texel: vec2<u32>, layer: u32, mean: bool) -> f32 {
@@ -31,19 +24,12 @@ fn number(texel: vec2<u32>, layer: u32, mean: bool) -> f32 {
     return sum / f32(tap_count);
 }
 
-fn thickness_of(number: f32) -> f32 {
-    if OPACITIES {
-        return -log(1.0 - min(number, MOST_OPACITY));
-    }
-    return min(number / layered.scale, MOST_THICKNESS);
-}
-
 // Thickness up to and including a layer.
 fn thickness(texel: vec2<u32>, layer: u32, mean: bool) -> f32 {
-    var sum = thickness_of(number(texel, layer, mean));
+    var sum = thickness_of(number(texel, layer, mean), layered.scale);
     if SLABS {
         for (var slab = 0u; slab < layer / 4u; slab++) {
-            sum += thickness_of(number(texel, 4u * slab + 3u, mean));
+            sum += thickness_of(number(texel, 4u * slab + 3u, mean), layered.scale);
         }
     }
     return sum;
@@ -59,7 +45,7 @@ fn thickness_before(texel: vec2<u32>, depth: f32, mean: bool) -> f32 {
     if !open_ended && depth > ends.y {
         return thickness(texel, last, mean);
     }
-    let coordinate = layer_coordinate(depth, ends);
+    let coordinate = layer_coordinate(depth, ends, lambda_of(texel));
     let layer = layer_of(coordinate);
     if LOOKUP == NEAREST {
         return thickness(texel, layer, mean);

@@ -36,7 +36,8 @@ struct TestedTargets {
 }
 
 fn layer_at(z: f32, texel: vec2<u32>) -> u32 {
-    return layer_of(layer_coordinate(z - layered.write_bias, ends_of(texel)));
+    let depth = z - layered.write_bias;
+    return layer_of(layer_coordinate(depth, ends_of(texel), lambda_of(texel)));
 }
 
 // What target `target` of the pass gets of a fragment in `layer`.

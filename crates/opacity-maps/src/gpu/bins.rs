@@ -72,14 +72,14 @@ impl Bins {
         Ok(Self { sums, overrun, pipelines, group, prefix, prefix_group, workgroups, texels })
     }
 
-    /// Records "opacity-clear", "opacity" and "prefix".
-    pub fn record(&self, frame: &mut Frame<'_>, raster: &Raster) {
+    /// Records "opacity-clear", `name` and "prefix".
+    pub fn record(&self, frame: &mut Frame<'_>, raster: &Raster, name: &'static str) {
         frame.copies("opacity-clear", |encoder| {
             encoder.clear_buffer(&self.sums, 0, None);
             encoder.clear_buffer(&self.overrun, 0, None);
         });
         let targets = raster.no_targets();
-        frame.raster("opacity", targets, |pass| raster.draw(pass, &self.pipelines, &self.group));
+        frame.raster(name, targets, |pass| raster.draw(pass, &self.pipelines, &self.group));
         let [x, y, z] = self.workgroups;
         frame.compute("prefix", |pass| {
             pass.set_pipeline(&self.prefix);

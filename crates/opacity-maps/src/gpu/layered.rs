@@ -20,9 +20,11 @@ use crate::{
     Blend, Blur, Format, Layered, Layout, Lookup, Opaque, Packing, Settings, Slicing, Storage,
 };
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
+use std::sync::Arc;
 
+/// What layers are kept in.
 #[derive(Debug)]
-enum Maps {
+pub(super) enum Maps {
     Blended(Box<TargetMaps>),
     Bins(Box<Bins>),
 }
@@ -31,7 +33,7 @@ enum Maps {
 #[derive(Debug)]
 pub(super) struct LayeredMaps {
     layered: Layered,
-    bounds: Option<Bounds>,
+    bounds: Option<Arc<Bounds>>,
     ends: Option<Ends>,
     /// What is bound where there are no bounds.
     no_bounds: wgpu::TextureView,
@@ -52,14 +54,11 @@ impl LayeredMaps {
         settings: &Settings,
         depth_tested: bool,
     ) -> Result<Self, OpacityGpuError> {
-        let ends = match layered.layout {
-            Layout::Planes(_) => None,
-            Layout::Deep { .. } => Some(Ends::First),
-            Layout::Bounded { .. } => Some(Ends::Both(layered.end_map)),
-        };
         let stretches = matches!(settings.opaque, Opaque::Weight { in_bounds: true, .. });
-        let bounds = ends.map(|ends| Bounds::new(gpu, raster, ends, stretches)).transpose()?;
-        let no_bounds = bounds::none(gpu)?;
+        let bounds = ends(layered)
+            .map(|ends| Bounds::new(gpu, raster, ends, stretches))
+            .transpose()?
+            .map(Arc::new);
         let placed =
             place(layered, settings.opaque, [raster.width, raster.height], scale(layered), || {
                 // Quantiles take every fragment, even and growing planes the outermost alone.
@@ -68,9 +67,23 @@ impl LayeredMaps {
                     _ => fragments::extremes(gpu, raster),
                 }
             })?;
+        Self::placed(gpu, raster, layered, bounds, placed, depth_tested)
+    }
+
+    /// Allocates maps between bounds at hand.
+    pub(super) fn placed(
+        gpu: &Gpu,
+        raster: &Raster,
+        layered: &Layered,
+        bounds: Option<Arc<Bounds>>,
+        placed: Placed,
+        depth_tested: bool,
+    ) -> Result<Self, OpacityGpuError> {
+        let ends = ends(layered);
+        let no_bounds = bounds::none(gpu)?;
         let table = gpu.upload("layer table", &placed.table)?;
         let params = gpu.uniform("layers", &placed.params)?;
-        let view = bounds.as_ref().map_or(&no_bounds, Bounds::view);
+        let view = bounds.as_ref().map_or(&no_bounds, |bounds| bounds.view());
         let inputs = Inputs { placed: &placed, bounds: view, table: &table };
         let maps = match layered.storage {
             Storage::Blend => {
@@ -94,9 +107,14 @@ impl LayeredMaps {
         if let Some(bounds) = &self.bounds {
             bounds.record(frame, raster);
         }
+        self.record_maps(frame, raster, "opacity");
+    }
+
+    /// Records the passes of the maps alone, those over the geometry as `name`.
+    pub fn record_maps(&self, frame: &mut Frame<'_>, raster: &Raster, name: &'static str) {
         match &self.maps {
-            Maps::Blended(maps) => maps.record(frame, raster),
-            Maps::Bins(bins) => bins.record(frame, raster),
+            Maps::Blended(maps) => maps.record(frame, raster, name),
+            Maps::Bins(bins) => bins.record(frame, raster, name),
         }
     }
 
@@ -114,7 +132,7 @@ impl LayeredMaps {
             ("OPACITIES", flag(self.layered.blend != Blend::Add)),
             ("SOFT_START", flag(self.layered.soft_start)),
         ]);
-        let bounds = self.bounds.as_ref().map_or(&self.no_bounds, Bounds::view);
+        let bounds = self.bounds.as_ref().map_or(&self.no_bounds, |bounds| bounds.view());
         let resource = wgpu::BindingResource::TextureView;
         let (path, maps) = match &self.maps {
             Maps::Blended(maps) => {
@@ -131,7 +149,7 @@ impl LayeredMaps {
     /// What it costs; of receivers, one between the bounds and not in the first layer, of
     /// fragments, one of the first layer.
     pub fn cost(&self, taps: u64, blur: Blur) -> Cost {
-        let bounds = self.bounds.as_ref().map_or(0, Bounds::bytes);
+        let bounds = self.bounds.as_ref().map_or(0, |bounds| bounds.bytes());
         let (passes, bytes, bytes_per_fragment) = match &self.maps {
             Maps::Blended(maps) if is_slabs(&self.layered) => {
                 (maps.passes(), maps.bytes(), maps.texel_bytes())
@@ -169,7 +187,30 @@ impl LayeredMaps {
 
     /// The bounds, where the layout has any.
     pub fn bounds(&self) -> Option<&Bounds> {
-        self.bounds.as_ref()
+        self.bounds.as_deref()
+    }
+
+    /// The same to share.
+    pub(super) fn shared_bounds(&self) -> Option<Arc<Bounds>> {
+        self.bounds.clone()
+    }
+
+    /// Passes over the geometry that fill the maps.
+    pub(super) fn map_passes(&self) -> u64 {
+        match &self.maps {
+            Maps::Blended(maps) => maps.passes(),
+            Maps::Bins(_) => 1,
+        }
+    }
+
+    /// What layers are kept in.
+    pub(super) fn maps(&self) -> &Maps {
+        &self.maps
+    }
+
+    /// The table of layers.
+    pub(super) fn table(&self) -> &wgpu::Buffer {
+        &self.table
     }
 
     /// Stored numbers of every layer, one map after the other: as they are in the textures, fixed
@@ -186,12 +227,21 @@ impl LayeredMaps {
     }
 }
 
-fn no_form(what: impl Into<String>, why: &'static str) -> OpacityGpuError {
+/// The ends that layers lie between.
+fn ends(layered: &Layered) -> Option<Ends> {
+    match layered.layout {
+        Layout::Planes(_) => None,
+        Layout::Deep { .. } => Some(Ends::First),
+        Layout::Bounded { .. } => Some(Ends::Both(layered.end_map)),
+    }
+}
+
+pub(super) fn no_form(what: impl Into<String>, why: &'static str) -> OpacityGpuError {
     OpacityGpuError::NoForm { what: what.into(), why }
 }
 
 /// Stored numbers per thickness.
-fn scale(layered: &Layered) -> f32 {
+pub(super) fn scale(layered: &Layered) -> f32 {
     match layered.format {
         Format::Unorm8Scaled => (1.0 / crate::layered::unit::SCALE) as f32,
         _ => 1.0,

@@ -43,10 +43,10 @@ impl LayerParams {
 pub(super) struct Placed {
     /// Numbers of the shaders; `first` and `end` are those of all layers.
     pub params: LayerParams,
-    /// Planes, boundaries, or the split's lookup texture; never empty.
+    /// Planes, boundaries, the split's lookup texture, or the λ of tiles; never empty.
     pub table: Vec<f32>,
-    /// Constants `LAYOUT`, `SPLIT`, `THESIS_BINS` and `OPAQUE_ALONE`.
-    pub constants: [(&'static str, f64); 4],
+    /// Constants `LAYOUT`, `SPLIT`, `THESIS_BINS`, `OPAQUE_ALONE` and `TILE`.
+    pub constants: [(&'static str, f64); 5],
 }
 
 /// What the passes that fill layers read.
@@ -117,6 +117,7 @@ pub(super) fn place<E>(
         ("SPLIT", f64::from(split_kind)),
         ("THESIS_BINS", f64::from(u8::from(thesis_bins))),
         ("OPAQUE_ALONE", f64::from(u8::from(opaque_alone))),
+        ("TILE", 0.0),
     ];
     Ok(Placed { params, table, constants })
 }

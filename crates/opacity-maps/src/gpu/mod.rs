@@ -15,22 +15,26 @@ mod layered;
 mod layers;
 mod nearest;
 mod raster;
+mod score;
+mod search;
 mod series;
 mod shade;
 mod stage;
 mod survivors;
 mod targets;
 mod technique;
+mod tiled;
 
 pub use error::OpacityGpuError;
 pub use fragments::fragments;
+pub use search::{SearchCounters, SearchRenderer};
 
 use crate::{Blur, Model, Opaque, Receiver, Settings, Taps};
 use dapple_gpu::light_space::LightSpaceMesh;
 use dapple_gpu::{Frame, Gpu};
 use raster::Raster;
 use shade::{Decoder, Shade};
-use technique::Technique;
+use technique::{Cost, Technique};
 
 /// Work and room of a frame, from how things are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -115,7 +119,8 @@ impl Renderer {
             Shade::new(gpu, receivers, settings, size, raster.opaque_view(), decoder)
         })?;
         gpu.check()?;
-        let counters = counters(&raster, &technique, receivers, settings);
+        let cost = |taps| technique.cost(taps, settings.blur);
+        let counters = counters(&raster, cost, receivers, settings);
         Ok(Self { raster, technique, shade, counters })
     }
 
@@ -171,7 +176,7 @@ impl Renderer {
 
 fn counters(
     raster: &Raster,
-    technique: &Technique,
+    cost: impl FnOnce(u64) -> Cost,
     receivers: &[Receiver],
     settings: &Settings,
 ) -> Counters {
@@ -181,7 +186,7 @@ fn counters(
         Taps::Box4 | Taps::Stochastic16 => 16,
     };
     let in_map = receivers.iter().filter(|r| r.in_map()).count() as u64;
-    let cost = technique.cost(taps, settings.blur);
+    let cost = cost(taps);
     let (opaque_bytes, opaque_taps) = match settings.opaque {
         Opaque::Separate => (raster.opaque_bytes(), taps),
         Opaque::Weight { .. } => (0, 0),

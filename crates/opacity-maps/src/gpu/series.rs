@@ -112,7 +112,7 @@ impl Series {
         if let Some(bounds) = &self.bounds {
             bounds.record(frame, raster);
         }
-        self.maps.record(frame, raster);
+        self.maps.record(frame, raster, "opacity");
     }
 
     /// Hands what shading needs to `make`.

@@ -123,8 +123,8 @@ impl TargetMaps {
         Ok(Self { texture, view, texel: target.texel, clear, passes, pipelines, tested })
     }
 
-    /// Records the passes, each as "opacity".
-    pub fn record(&self, frame: &mut Frame<'_>, raster: &Raster) {
+    /// Records the passes, each as `name`.
+    pub fn record(&self, frame: &mut Frame<'_>, raster: &Raster, name: &'static str) {
         for pass in &self.passes {
             let mut colour = [const { None }; MOST_TARGETS as usize];
             for (slot, view) in colour.iter_mut().zip(&pass.views) {
@@ -135,7 +135,7 @@ impl TargetMaps {
                 depth: self.tested.as_ref().and_then(|view| Targets::cleared_depth(view, 1.0)),
                 ..Targets::default()
             };
-            frame.raster("opacity", targets, |render| {
+            frame.raster(name, targets, |render| {
                 raster.draw(render, &self.pipelines[pass.pipelines], &pass.group);
             });
         }

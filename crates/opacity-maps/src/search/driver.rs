@@ -268,7 +268,7 @@ impl Search {
 
 /// The same maps, packed so that each holds all in front of its end: slabs of four hold their own
 /// part alone, and criteria compare whole sums.
-fn cumulative(settings: &Settings) -> Settings {
+pub(crate) fn cumulative(settings: &Settings) -> Settings {
     let mut settings = settings.clone();
     if let Code::Layered(layered) = &mut settings.code
         && layered.packing == Packing::Slabs

@@ -12,6 +12,7 @@ pub mod state;
 mod texture;
 
 pub use criteria::{Precision, Scorer, Scoring};
+pub(crate) use driver::cumulative;
 pub use driver::{Plan, Report, Search};
 pub use layers::{Layers, Region};
 pub use state::{Cycle, Shown, Steps};
