@@ -6,7 +6,7 @@ use crate::SuiteError;
 use dapple_opacity_maps::{
     Criterion, SplitKind,
     cpu::Maps,
-    search::{Layers, Precision, Scorer, Scoring, Steps, criteria::is_better},
+    search::{Layers, Scorer, Scoring, Steps, criteria::is_better},
 };
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 
@@ -107,7 +107,11 @@ impl Trials {
     /// The trial that a criterion of [`CRITERIA`] adopts: the first of the best.
     pub fn adopted(&self, criterion: usize) -> &Trial {
         let better = |best: usize, at: usize| {
-            is_better(CRITERIA[criterion].1, self.0[at].scores[criterion], self.score(best, criterion))
+            is_better(
+                CRITERIA[criterion].1,
+                self.0[at].scores[criterion],
+                self.score(best, criterion),
+            )
         };
         let best = (0..self.0.len()).fold(0, |best, at| if better(best, at) { at } else { best });
         &self.0[best]
@@ -160,8 +164,7 @@ pub fn trials(view: View, layers: u32, form: Form) -> Result<Rc<Trials>, SuiteEr
 
 fn make(view: View, layers: u32, form: Form) -> Result<Trials, SuiteError> {
     let yardstick = Yardstick::new(still_of(view)?, &form.method(layers, 0.0))?;
-    let mut scorers =
-        CRITERIA.map(|(_, criterion)| Scorer::new(form.scoring(criterion)));
+    let mut scorers = CRITERIA.map(|(_, criterion)| Scorer::new(form.scoring(criterion)));
     let mut trials = Vec::new();
     for step in 0..Steps::THESIS.values() {
         let lambda = Steps::THESIS.lambda(step);
@@ -200,10 +203,14 @@ impl Yardstick {
     }
 
     /// The layering error of maps of the same grid: of all receivers, and of either half of them.
-    fn errors(&self, maps: &Maps) -> Result<(f64, [f64; 2]), SuiteError> {
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    pub fn errors(&self, maps: &Maps) -> Result<(f64, [f64; 2]), SuiteError> {
         let (shaded, mask) = (self.still.shade(maps)?, self.still.case.mask());
         let rest = |half: usize| {
-            let kept: Vec<bool> = mask.iter().enumerate().map(|(i, m)| *m && i % 2 == half).collect();
+            let kept: Vec<bool> =
+                mask.iter().enumerate().map(|(i, m)| *m && i % 2 == half).collect();
             dapple_metrics::rmse(&shaded, &self.deep, Some(&kept))
         };
         Ok((dapple_metrics::rmse(&shaded, &self.deep, Some(mask))?, [rest(0)?, rest(1)?]))

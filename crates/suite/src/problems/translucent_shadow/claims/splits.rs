@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     SuiteError,
-    claims::{Claim, ClaimContext, Figure, Judged, Verdict},
+    claims::{Claim, ClaimContext, Figure, Judged},
 };
 
 /// Of the change that each map would add if all added the same: a map that adds less nearly
@@ -156,8 +156,7 @@ fn tree(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
         let largest = most(first);
         figures.push(figure(format!("{what}: largest of first 3, logarithmic"), largest, ""));
         told(&mut figures, &what, trials.ends());
-        let holds =
-            [each_differs(&even), nearly_equal(first), trials.ends()[1] > trials.ends()[0]];
+        let holds = [each_differs(&even), nearly_equal(first), trials.ends()[1] > trials.ends()[0]];
         parts.iter_mut().zip(holds).for_each(|(part, holds)| part.push(holds));
     })?;
     let because = format!(
@@ -202,6 +201,7 @@ fn mixture(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::claims::Verdict;
 
     #[test]
     fn changes_are_shares_of_an_equal_one() {
