@@ -181,7 +181,7 @@ fn check_raster(cast: &[DepthMap], raster: &[DepthMap], checked: &mut Checked) {
     }
 }
 
-fn refused(error: gpu::GpuCascadeError) -> SuiteError {
+pub fn refused(error: gpu::GpuCascadeError) -> SuiteError {
     match error {
         gpu::GpuCascadeError::Cascade(error) => error.into(),
         gpu::GpuCascadeError::Gpu(error) => subject_gpu::device_error(error),

@@ -24,7 +24,7 @@ use rand_pcg::Pcg64;
 pub const ID: &str = "pssm";
 
 /// Side of a cascade's map, texels.
-const SIDE: u32 = 24;
+pub const SIDE: u32 = 24;
 
 pub fn gates() -> Vec<Gate> {
     let about = |name, statement, fault| About { technique: ID, name, statement, fault };
@@ -178,14 +178,18 @@ fn region(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteError> 
 }
 
 /// Cascades, their maps of noise, receivers of all kinds, and settings.
-struct Shaded {
-    cascades: Vec<Cascade>,
+pub struct Shaded {
+    /// Slices a unit deep.
+    pub cascades: Vec<Cascade>,
     maps: Vec<DepthMap>,
-    receivers: Vec<CascadeReceiver>,
-    settings: Settings,
+    /// In and around all of them.
+    pub receivers: Vec<CascadeReceiver>,
+    /// Random taps and bias.
+    pub settings: Settings,
 }
 
-fn shaded(rng: &mut Pcg64) -> Shaded {
+/// Random ones of a case.
+pub fn shaded(rng: &mut Pcg64) -> Shaded {
     let count = rng.random_range(2..=4_usize);
     let mut cascades = Vec::new();
     for i in 0..count {

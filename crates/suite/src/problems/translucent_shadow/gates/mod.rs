@@ -1,8 +1,24 @@
 //! The correctness gates, each with a deliberate fault that it must catch.
 
+mod blends;
+mod budget;
 mod cascades;
+mod criteria;
+mod device;
+mod device_input;
+mod device_ports;
 mod input;
+mod layers;
+mod layouts;
+mod light;
+mod planes;
+mod rivals;
+mod search;
 mod shared;
+mod splits;
+mod staircases;
+mod taps;
+mod truth;
 
 use crate::{
     SuiteError,
@@ -11,9 +27,28 @@ use crate::{
 
 /// Every gate of the problem.
 pub fn all() -> Vec<Gate> {
-    let mut gates = shared::gates();
-    gates.extend(cascades::gates());
-    gates
+    [
+        shared::gates,
+        cascades::gates,
+        layers::gates,
+        layouts::gates,
+        planes::gates,
+        blends::gates,
+        taps::gates,
+        splits::gates,
+        rivals::gates,
+        staircases::gates,
+        criteria::gates,
+        search::gates,
+        truth::gates,
+        light::gates,
+        budget::gates,
+        device_ports::gates,
+        device::gates,
+    ]
+    .into_iter()
+    .flat_map(|gates| gates())
+    .collect()
 }
 
 /// What a gate says about itself.

@@ -3,6 +3,7 @@
 use super::{About, cascades, gate, input};
 use crate::{
     SuiteError,
+    problem::Technique,
     problems::translucent_shadow::SPEC,
     verify::{Gate, GateContext, Tally},
 };
@@ -21,8 +22,7 @@ const FLOATS: f64 = 2e-6;
 pub fn gates() -> Vec<Gate> {
     let about = |technique, name, statement, fault| About { technique, name, statement, fault };
     let mut gates = Vec::new();
-    // Cascades are of their own kind, with gates of their own.
-    for technique in SPEC.techniques.iter().filter(|t| t.id != cascades::ID) {
+    for technique in SPEC.techniques.iter().filter(|t| has_texels(t)) {
         let id = technique.id;
         gates.push(gate(
             about(
@@ -71,6 +71,12 @@ pub fn gates() -> Vec<Gate> {
         }
     }
     gates
+}
+
+/// Whether a technique stores fragments by texel: cascades are of their own kind, with gates of
+/// their own.
+pub fn has_texels(technique: &Technique) -> bool {
+    technique.id != cascades::ID
 }
 
 fn range(id: &str, context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteError> {
@@ -133,7 +139,7 @@ fn port(id: &str, context: &GateContext<'_>, faulty: bool) -> Result<Tally, Suit
 }
 
 /// The same settings; of a map that stores nothing, those of one that hides everything.
-fn without_none(settings: &Settings) -> Settings {
+pub fn without_none(settings: &Settings) -> Settings {
     match settings.code {
         Code::Unshadowed => Settings { code: Code::Binary, ..settings.clone() },
         _ => settings.clone(),
