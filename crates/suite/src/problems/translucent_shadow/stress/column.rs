@@ -20,13 +20,13 @@ use glam::{DAffine3, DVec3, Vec3};
 const THICKNESS: f64 = 0.7;
 
 /// Sheets of a column where their number is not pushed.
-const SHEETS: u32 = 64;
+const SHEETS: u32 = 16;
 
 /// Texels a side: all of them are the same.
 const SIDE: u32 = 4;
 
-/// One light ray a receiver, as no neighbour differs; each may pass all sheets.
-const ONE_RAY: &[(&str, &str)] = &[("width", "32"), ("truth_rays", "1"), ("footprint", "0")];
+/// One light ray a receiver and few receivers, as no neighbour differs: each may pass all sheets.
+const ONE_RAY: &[(&str, &str)] = &[("width", "24"), ("truth_rays", "1"), ("footprint", "0")];
 
 /// Height of the column and its half width, metres.
 const HEIGHT: f64 = 1.0;
@@ -52,8 +52,8 @@ fn fragments(id: &'static str, setting: Change) -> Axis {
     Axis {
         id,
         unit: "fragments",
-        help: "sheets on every light ray, of the same thickness together: each fainter the more \
-               there are, until storage no longer takes it (in the format that the name ends in)",
+        help: "sheets on every light ray, of the same thickness together: of few each counts for much, \
+               of many each is too faint for its storage (the format that the name ends in)",
         values: Values::Whole { least: 1, greatest: 50_000, per_decade: 1 },
         home: f64::from(SHEETS),
         parameters: ONE_RAY,
@@ -68,10 +68,10 @@ fn fragments(id: &'static str, setting: Change) -> Axis {
 fn thickness(id: &'static str, setting: Change) -> Axis {
     Axis {
         unit: "",
-        help: "optical thickness of 64 sheets together, until no light is left or storage is full \
+        help: "optical thickness of 16 sheets together, until no light is left or storage is full \
                (in the format that the name ends in)",
         // At the end a sheet lets a 500th through; at twice that it would count as opaque.
-        values: Values::Log { least: 1e-3, greatest: 400.0, per_decade: 2 },
+        values: Values::Log { least: 1e-3, greatest: 100.0, per_decade: 2 },
         home: THICKNESS,
         prepare: prepared(|value| column(SHEETS, value)),
         ..fragments(id, setting)
@@ -95,9 +95,11 @@ pub(super) fn loaded(seen: Scene) -> Result<Loaded, SuiteError> {
     super::checked(none)
 }
 
-/// A small map in a format (its own default for none), where the technique has such.
+/// A small map in a format (its own default for none), where the technique has such. One tap: all
+/// are the same.
 fn in_format(setting: &Setting, format: Option<&str>) -> Option<Setting> {
     let small = with(setting, "resolution", SIDE)?;
+    let small = with(&small, "taps", "1").unwrap_or(small);
     let Some(format) = format else { return Some(small) };
     let technique = SPEC.technique(&setting.technique).ok()?;
     let knob = technique.knobs.iter().find(|knob| knob.name == "format")?;

@@ -128,9 +128,11 @@ fn every_axis_runs_at_its_ends_and_refuses_what_it_must() {
 
 #[test]
 fn every_technique_holds_in_a_column_of_one_and_of_many_and_on_one_texel() {
-    let (axis, case) = (axis("fragments"), case("grass_sparse"));
+    let axis = axis("fragments");
+    let parameters = axis.case_parameters(&SPEC, &Knobs::new()).unwrap();
+    let case = Case { parameters, ..case("none") };
     let mut ran = 0;
-    for value in [1.0, 3_000.0] {
+    for value in [1.0, 1_000.0] {
         let prepared = (axis.prepare)(&case, value, None).unwrap();
         for technique in SPEC.techniques {
             checked_rmse(&axis, prepared.as_ref(), technique.id, value).unwrap();
@@ -320,7 +322,7 @@ fn at_sheet(count: u32, thickness: f64, above: u32) -> f64 {
 fn the_truth_in_a_column_is_a_power_of_one_sheets() {
     let parameters = axis("fragments").case_parameters(&SPEC, &Knobs::new()).unwrap();
     let case = Case { parameters, ..case("none") };
-    for (count, thickness) in [(1, 0.7), (2, 0.7), (64, 0.7), (64, 400.0), (2_000, 0.7)] {
+    for (count, thickness) in [(1, 0.7), (2, 0.7), (64, 0.7), (16, 100.0), (2_000, 0.7)] {
         let prepared = of(column::loaded(column::column(count, thickness)).unwrap(), &case);
         // Depth from the light to the number of sheets above.
         let map = prepared.fragments(true, 1, Model::ExpTau).unwrap();
