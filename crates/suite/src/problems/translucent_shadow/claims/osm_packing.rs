@@ -111,7 +111,7 @@ fn channels(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
 }
 
 /// Whether `a` is faster than `b` by a ratio and its deviation; only hardware decides.
-fn faster(hardware: Option<(f64, f64)>) -> Verdict {
+pub fn faster(hardware: Option<(f64, f64)>) -> Verdict {
     match hardware {
         None => Verdict::NeedsHardware,
         Some((ratio, mad)) if (ratio - 1.0).abs() <= 3.0 * mad => Verdict::Open,
