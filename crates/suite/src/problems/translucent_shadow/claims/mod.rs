@@ -4,13 +4,25 @@
 //! the tests can show each verdict coming out. What the source prints is judged beside what it
 //! means: a listing or a bin rule that is off gets figures of its own.
 
+mod bench;
+mod bench_errors;
+mod bench_times;
 mod bom;
+mod bom_bounds;
 mod cascades;
 mod crop;
 mod dom;
 mod dom_layers;
+mod future;
+mod light;
 mod osm;
 mod osm_packing;
+mod search;
+mod search_frames;
+mod search_tables;
+mod search_trials;
+mod splits;
+mod splits_table;
 mod support;
 
 use crate::claims::{Claim, verdict};
@@ -31,10 +43,19 @@ fn part_one() -> Vec<Claim> {
     all.extend(dom::claims());
     all.extend(dom_layers::claims());
     all.extend(bom::claims());
+    all.extend(bom_bounds::claims());
     all
 }
 
 /// Sections 6 to 10: splits, their search, lighting, future work, times.
 fn part_two() -> Vec<Claim> {
-    Vec::new()
+    let mut all = splits::claims();
+    all.extend(splits_table::claims());
+    all.extend(search::claims());
+    all.extend(search_frames::claims());
+    all.extend(light::claims());
+    all.extend(future::claims());
+    all.extend(bench::claims());
+    all.extend(bench_errors::claims());
+    all
 }
