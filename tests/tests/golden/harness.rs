@@ -1,14 +1,18 @@
 //! The folder of references, and controls: what must fail does.
 
-use crate::{partition, shadows};
+use crate::{partition, shadows, translucent};
 use dapple_tests::golden::{
     EXACT, LSB, Picture, RASTER, Tolerance, assert_golden_in, audit, compare, goldens_folder,
     reference,
 };
 use std::{fs, panic, path::Path};
 
+/// How many there are: one that is lost from a list would not be missed.
+const GOLDENS: usize = 46;
+
 fn goldens() -> Vec<(String, Tolerance)> {
     let mut all = shadows::goldens();
+    all.extend(translucent::goldens());
     all.push((partition::NAME.into(), EXACT));
     all
 }
@@ -25,7 +29,7 @@ fn the_folder_holds_every_golden_and_nothing_else() {
         return;
     }
     let all = goldens();
-    assert_eq!(all.len(), 21);
+    assert_eq!(all.len(), GOLDENS);
     let wrong = audit(&goldens_folder(), all.iter().map(|(name, _)| name.as_str()));
     assert_eq!(wrong, Vec::<String>::new());
     for (name, _) in &all {
@@ -77,7 +81,7 @@ fn a_mutated_picture_fails_for_every_golden() {
             }
         }
     }
-    assert_eq!(mutations, 6 * 21);
+    assert_eq!(mutations, 6 * GOLDENS);
 }
 
 /// Runs an assertion that must fail; insta's own words go to standard error.

@@ -5,3 +5,4 @@ mod harness;
 mod partition;
 mod shadow_truth;
 mod shadows;
+mod translucent;
