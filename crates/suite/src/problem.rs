@@ -56,6 +56,8 @@ pub struct Variant {
     pub id: &'static str,
     /// One line.
     pub help: &'static str,
+    /// Forms of the technique that it has not got.
+    pub not_in: &'static [Form],
 }
 
 /// One way to solve a problem.
@@ -73,6 +75,14 @@ pub struct Technique {
     pub variants: &'static [Variant],
     /// What can be turned.
     pub knobs: &'static [Knob],
+}
+
+impl Technique {
+    /// Whether a variant has a form.
+    pub fn has(&self, variant: &str, form: Form) -> bool {
+        let lacks = self.variants.iter().any(|v| v.id == variant && v.not_in.contains(&form));
+        self.forms.contains(&form) && !lacks
+    }
 }
 
 /// What a problem declares.

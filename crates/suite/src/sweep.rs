@@ -311,7 +311,7 @@ pub(crate) fn settings(
                 )));
             }
             for knobs in product("knob", technique.knobs, &lists)? {
-                settings.extend(forms.iter().filter(|f| technique.forms.contains(f)).map(|form| {
+                settings.extend(forms.iter().filter(|f| technique.has(variant, **f)).map(|form| {
                     Setting {
                         technique: technique.id.into(),
                         variant: variant.into(),

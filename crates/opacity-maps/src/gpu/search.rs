@@ -22,6 +22,7 @@ use crate::{
 };
 use dapple_gpu::light_space::LightSpaceMesh;
 use dapple_gpu::{Frame, Gpu};
+use std::cell::Cell;
 
 /// What a search costs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,6 +52,7 @@ pub struct SearchRenderer {
     next: u32,
     tiles: usize,
     counters: SearchCounters,
+    read_backs: Cell<u64>,
 }
 
 impl SearchRenderer {
@@ -105,7 +107,19 @@ impl SearchRenderer {
             tiles: tiles.all.into(),
         };
         let (steps, repeat, tiles) = (plan.steps, plan.repeat, tiles.all as usize);
-        Ok(Self { raster, drawn, trial, score, shade, steps, repeat, next: 0, tiles, counters })
+        Ok(Self {
+            raster,
+            drawn,
+            trial,
+            score,
+            shade,
+            steps,
+            repeat,
+            next: 0,
+            tiles,
+            counters,
+            read_backs: Cell::new(0),
+        })
     }
 
     /// Records a frame's passes; a frame that is recorded must be submitted, in order. Returns the
@@ -145,6 +159,7 @@ impl SearchRenderer {
     /// # Errors
     /// A lost device, or one that does not finish.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<f32>, OpacityGpuError> {
+        self.count_read_back();
         Ok(self.shade.read(gpu)?)
     }
 
@@ -153,6 +168,7 @@ impl SearchRenderer {
     /// # Errors
     /// As [`SearchRenderer::read`].
     pub fn read_lambdas(&self, gpu: &Gpu) -> Result<Vec<f32>, OpacityGpuError> {
+        self.count_read_back();
         Ok(gpu.read(self.drawn.table(), 0, self.tiles)?)
     }
 
@@ -161,7 +177,19 @@ impl SearchRenderer {
     /// # Errors
     /// As [`SearchRenderer::read`].
     pub fn read_scores(&self, gpu: &Gpu) -> Result<Vec<Vec<f32>>, OpacityGpuError> {
+        self.count_read_back();
         Ok(self.score.read(gpu)?)
+    }
+
+    /// How often anything was read from the device since the renderer was made: by the three
+    /// above, never by a frame.
+    #[must_use]
+    pub fn read_backs(&self) -> u64 {
+        self.read_backs.get()
+    }
+
+    fn count_read_back(&self) {
+        self.read_backs.set(self.read_backs.get() + 1);
     }
 
     /// What a search costs.

@@ -91,10 +91,14 @@ impl SplitTexture {
         (0..self.tiles.len()).for_each(|tile| self.set(tile, step));
     }
 
-    fn step(&self, texel: usize) -> u32 {
+    /// The tile of a texel.
+    pub fn tile_of(&self, texel: usize) -> usize {
         let (x, y) = (texel as u32 % self.width, texel as u32 / self.width);
-        let tile = y / self.tile * self.width.div_ceil(self.tile) + x / self.tile;
-        u32::from(self.tiles[tile as usize].load(Relaxed))
+        (y / self.tile * self.width.div_ceil(self.tile) + x / self.tile) as usize
+    }
+
+    fn step(&self, texel: usize) -> u32 {
+        u32::from(self.tiles[self.tile_of(texel)].load(Relaxed))
     }
 }
 

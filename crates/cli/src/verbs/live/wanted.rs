@@ -45,8 +45,9 @@ impl Wanted {
         let variant =
             variant.ok_or_else(|| SuiteError::unknown("variant", &show.variant, variants))?;
         let form = form(&show.form)?;
-        if !technique.forms.contains(&form) {
-            let forms: Vec<_> = technique.forms.iter().map(ToString::to_string).collect();
+        if !technique.has(variant, form) {
+            let forms = technique.forms.iter().filter(|form| technique.has(variant, **form));
+            let forms: Vec<_> = forms.map(ToString::to_string).collect();
             let forms = forms.iter().map(String::as_str);
             return Err(SuiteError::unknown("form", &show.form, forms));
         }

@@ -8,7 +8,7 @@ use crate::{
 /// Generator's name for crowns that need no file.
 pub const CROWN: &str = "crown";
 
-const PLAIN: &[Variant] = &[Variant { id: "plain", help: "as described" }];
+const PLAIN: &[Variant] = &[Variant { id: "plain", help: "as described", not_in: &[] }];
 const CPU: &[Form] = &[Form::Cpu];
 const GPU: &[Form] = &[Form::Gpu];
 

@@ -120,7 +120,7 @@ const LAYERED: &[Knob] =
     &[RESOLUTION, FORMAT, KERNEL, LOOKUP, BIAS, PLANE_BIAS, MIN_VARIANCE, LAYERS];
 
 const fn variant(id: &'static str, help: &'static str) -> Variant {
-    Variant { id, help }
+    Variant { id, help, not_in: &[] }
 }
 
 const ONLY: &[Variant] = &[variant("plain", "as published")];

@@ -11,6 +11,7 @@ use super::{
     subject_gpu::GpuSubject,
     subject_reference::ReferenceSubject,
     subject_search::SearchSubject,
+    subject_search_gpu::GpuSearchSubject,
 };
 use crate::{
     SuiteError,
@@ -374,11 +375,16 @@ impl Prepared for TranslucentCase<'_> {
     fn subject<'a>(&'a self, setting: &Setting) -> Result<Box<dyn Subject + 'a>, SuiteError> {
         match setting.technique.as_str() {
             "pssm" => return Ok(Box::new(CascadeSubject::new(self, self.gpu, setting)?)),
-            "bom-search" => return Ok(Box::new(SearchSubject::new(self, setting)?)),
+            "bom-search" if setting.form == Form::Cpu => {
+                return Ok(Box::new(SearchSubject::new(self, setting)?));
+            }
             _ => {}
         }
         match (setting.form, self.gpu) {
             (Form::Cpu, _) => Ok(Box::new(CpuSubject::new(self, setting)?)),
+            (Form::Gpu, Some(gpu)) if setting.technique == "bom-search" => {
+                Ok(Box::new(GpuSearchSubject::new(self, gpu, setting)?))
+            }
             (Form::Gpu, Some(gpu)) => Ok(Box::new(GpuSubject::new(self, gpu, setting)?)),
             (Form::Gpu, None) => {
                 Err(SuiteError::Usage(format!("{setting} needs a graphics adapter")))

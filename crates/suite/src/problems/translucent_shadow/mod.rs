@@ -22,6 +22,7 @@ mod subject_cpu;
 mod subject_gpu;
 mod subject_reference;
 mod subject_search;
+mod subject_search_gpu;
 #[cfg(test)]
 mod tests;
 

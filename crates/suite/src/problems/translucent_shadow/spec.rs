@@ -173,7 +173,12 @@ macro_rules! knobs {
 }
 
 const fn variant(id: &'static str, help: &'static str) -> Variant {
-    Variant { id, help }
+    Variant { id, help, not_in: &[] }
+}
+
+/// A variant that a device does not run.
+const fn cpu_variant(id: &'static str, help: &'static str) -> Variant {
+    Variant { id, help, not_in: &[Form::Gpu] }
 }
 
 const ONLY: &[Variant] = &[variant("plain", "as published")];
@@ -196,7 +201,7 @@ const PACKINGS: &[Variant] = &[
     variant("targets", "four layers a texture, eight textures a pass"),
     variant("single", "one texture and one pass a layer"),
     variant("slabs", "four layers a texture, one pass a texture"),
-    variant("sorted", "fragments sorted into slabs and touched once"),
+    cpu_variant("sorted", "fragments sorted into slabs and touched once"),
 ];
 
 const TECHNIQUES: &[Technique] = &[
@@ -257,14 +262,14 @@ const TECHNIQUES: &[Technique] = &[
         "bom-search",
         "Bounding opacity maps, split searched for",
         "voicu2011",
-        &[Form::Cpu],
+        &[Form::Cpu, Form::Gpu],
         &[
             variant("correlation", "least correlation of neighbouring maps (thesis)"),
             variant("sad", "greatest sum of absolute differences (thesis)"),
-            variant("mutual-information", "least mutual information of neighbouring maps"),
+            cpu_variant("mutual-information", "least mutual information of neighbouring maps"),
             variant("equal-opacity", "layers of equal opacity"),
             variant("equal-transmittance", "layers of equal steps of transmittance"),
-            variant("oracle", "least error against the deep shadow map: a bound, not a method"),
+            cpu_variant("oracle", "least error against the deep shadow map: a bound, not a method"),
         ],
         knobs![
             BLUR,

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use std::rc::Rc;
 
 /// Most receivers held against the reference.
-const MOST_CHECKED: usize = 4096;
+pub const MOST_CHECKED: usize = 4096;
 
 /// Share of texels whose fragments may differ in number between rasteriser and rays: those whose
 /// centre lies within the rasteriser's sub-pixel step of a triangle's edge. Thin geometry is all
@@ -115,18 +115,7 @@ impl Subject for GpuSubject<'_, '_> {
         let got: Vec<f32> = subset.iter().map(|i| result[*i]).collect();
         port::check_port(&self.settings, &got, &allowed, &mut checked);
         // The rasteriser: against the rays.
-        let texels = self.fragments.texels();
-        let differ = |t: &usize| self.fragments.texel(*t).len() != rasterised.texel(*t).len();
-        let share = (0..texels).filter(differ).count() as f64 / texels as f64;
-        checked.port_errors.insert("raster_texels".into(), share);
-        if share > RASTER_TEXELS {
-            checked.violations.push(format!(
-                "raster: {:.2} % of texels have another number of fragments than rays find \
-                 (allowed: {} %)",
-                100.0 * share,
-                100.0 * RASTER_TEXELS
-            ));
-        }
+        check_raster(&self.fragments, &rasterised, &mut checked);
         let counters = self.renderer.counters();
         checked.counters = [
             ("fragments", rasterised.items.len() as u64),
@@ -146,6 +135,22 @@ impl Subject for GpuSubject<'_, '_> {
         self.frame(0)?;
         let result = self.renderer.read(self.gpu).map_err(refused)?;
         Ok(Some(self.case.picture(&result)))
+    }
+}
+
+/// Holds what a device rasterises against what rays find.
+pub fn check_raster(rays: &Fragments, rasterised: &Fragments, checked: &mut Checked) {
+    let texels = rays.texels();
+    let differ = |t: &usize| rays.texel(*t).len() != rasterised.texel(*t).len();
+    let share = (0..texels).filter(differ).count() as f64 / texels as f64;
+    checked.port_errors.insert("raster_texels".into(), share);
+    if share > RASTER_TEXELS {
+        checked.violations.push(format!(
+            "raster: {:.2} % of texels have another number of fragments than rays find \
+             (allowed: {} %)",
+            100.0 * share,
+            100.0 * RASTER_TEXELS
+        ));
     }
 }
 

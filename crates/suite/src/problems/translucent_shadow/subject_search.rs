@@ -15,7 +15,7 @@ use dapple_opacity_maps::{
 use std::{rc::Rc, time::Instant};
 
 /// Frames after the search: what a scene at rest costs.
-const SETTLED: usize = 3;
+pub const SETTLED: usize = 3;
 
 /// A search with its input and result.
 pub struct SearchSubject<'a, 'g> {
@@ -61,7 +61,10 @@ impl<'a, 'g> SearchSubject<'a, 'g> {
 }
 
 /// What a setting searches for.
-fn plan(setting: &Setting, settings: Settings) -> Result<Plan, SuiteError> {
+///
+/// # Errors
+/// A knob out of range.
+pub fn plan(setting: &Setting, settings: Settings) -> Result<Plan, SuiteError> {
     let criterion = match setting.variant.as_str() {
         "sad" => Criterion::Sad,
         "correlation" => Criterion::Correlation,
