@@ -18,13 +18,24 @@ problem = "partition-offsets"
 parameters = { leaves = [131042], frames = [24] }
 "#;
 
+const TRANSLUCENT: &str = r#"
+about = "every way to store light inside foliage, at its defaults"
+[[measure]]
+problem = "translucent-shadow"
+parameters = { width = [192] }
+"#;
+
 fn shadows(criterion: &mut Criterion) {
     dapple_benches::sweep(criterion, "shadows", SHADOWS);
+}
+
+fn translucent(criterion: &mut Criterion) {
+    dapple_benches::sweep(criterion, "translucent", TRANSLUCENT);
 }
 
 fn partition(criterion: &mut Criterion) {
     dapple_benches::sweep(criterion, "partition", PARTITION);
 }
 
-criterion_group!(frames, shadows, partition);
+criterion_group!(frames, shadows, translucent, partition);
 criterion_main!(frames);
