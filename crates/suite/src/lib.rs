@@ -10,6 +10,7 @@ pub mod environment;
 pub mod error;
 pub mod knob;
 pub mod light_mesh;
+pub mod memory;
 pub mod plan;
 pub mod problem;
 pub mod problems;

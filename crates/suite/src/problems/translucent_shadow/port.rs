@@ -1,7 +1,7 @@
 //! What all forms check before they are timed, and how a map's own error is told apart.
 
 use super::{case::TranslucentCase, errors};
-use crate::{SuiteError, problem::Checked};
+use crate::{SuiteError, memory, problem::Checked};
 use dapple_opacity_maps::{
     Code, Format, Fragments, Model, Receiver, Settings, Taps,
     exact::Exact,
@@ -210,4 +210,15 @@ pub fn check_port(settings: &Settings, got: &[f32], allowed: &[(f64, f64)], chec
             100.0 * TIES
         ));
     }
+}
+
+/// Refuses maps that the machine's memory cannot hold: numbers of 4 bytes on the processor,
+/// whatever the format.
+///
+/// # Errors
+/// [`SuiteError::Value`] with the bytes and the limit.
+pub fn check_host(resolution: u32, settings: &Settings) -> Result<(), SuiteError> {
+    let words = dapple_opacity_maps::code::of(settings).words() as u64;
+    let bytes = 4 * (words + 1) * u64::from(resolution).pow(2);
+    memory::check_host(resolution, &format!("{words} numbers a texel"), bytes)
 }

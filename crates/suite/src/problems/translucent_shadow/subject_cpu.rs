@@ -36,6 +36,7 @@ impl<'a, 'g> CpuSubject<'a, 'g> {
         let model = settings::model(setting)?;
         let own = case.exact(crop, resolution, model)?;
         let settings = settings::settings(setting, || Ok(own.deepest_span()))?;
+        port::check_host(resolution, &settings)?;
         Ok(Self {
             case,
             fragments: case.fragments(crop, resolution, model)?,

@@ -42,6 +42,7 @@ impl<'a, 'g> SearchSubject<'a, 'g> {
         let model = settings::model(setting)?;
         let own = case.exact(crop, resolution, model)?;
         let settings = settings::settings(setting, || Ok(own.deepest_span()))?;
+        port::check_host(resolution, &settings)?;
         let plan = plan(setting, settings)?;
         let receivers = case.receivers(crop);
         Ok(Self {
