@@ -437,6 +437,18 @@ mod tests {
     }
 
     #[test]
+    fn a_variant_is_not_planned_in_a_form_that_it_lacks() {
+        let block = "about = 't'\n[[measure]]\nproblem = 'translucent-shadow'\n";
+        let all = format!("{block}[[measure.technique]]\nid = 'bom-search'\nvariants = ['*']");
+        let plan = plan(&all).unwrap();
+        let has = |variant: &str, form: Form| {
+            plan.groups[0].settings.iter().any(|s| s.variant == variant && s.form == form)
+        };
+        assert!(has("oracle", Form::Cpu) && !has("oracle", Form::Gpu));
+        assert!(has("correlation", Form::Cpu) && has("correlation", Form::Gpu));
+    }
+
+    #[test]
     fn what_is_listed_twice_is_measured_once() {
         let block = "about = 't'\n[[measure]]\nproblem = 'shadow-filtering'\nforms = ['cpu']\n";
         let once = format!("{block}seeds = [1]\n[[measure.technique]]\nid = 'vsm'");
