@@ -4,7 +4,7 @@
 use super::support::{Method, Still, bom_split, still, still_with, thesis_bins, thesis_reading};
 use crate::SuiteError;
 use dapple_opacity_maps::{
-    Criterion, SplitKind,
+    Blur, Criterion, Lookup, SplitKind,
     cpu::Maps,
     search::{Layers, Scorer, Scoring, Steps, criteria::is_better},
 };
@@ -40,7 +40,8 @@ pub const SAD: usize = 1;
 /// How maps are made and scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Form {
-    /// The listing's table, K - 1 bins, thickness alpha, the layer's own sum, scored in bytes.
+    /// The listing's table, K - 1 bins, thickness alpha, casters of weight 3, scored in bytes. Read
+    /// like the other: the layer's own sum errs so much by itself that no split would show.
     Printed,
     /// The normalised logarithm, K bins, interpolated, scored in floats.
     Repaired,
@@ -62,7 +63,10 @@ impl Form {
     pub fn method(self, layers: u32, lambda: f32) -> Method {
         match self {
             Self::Printed => {
-                thesis_reading(thesis_bins(bom_split(layers, lambda, SplitKind::Listing)))
+                let printed = thesis_bins(bom_split(layers, lambda, SplitKind::Listing));
+                let mut method = thesis_reading(printed).lookup(Lookup::Lerp);
+                method.settings.blur = Blur::Transmittance;
+                method
             }
             Self::Repaired => bom_split(layers, lambda, SplitKind::Normalised),
         }
