@@ -1,6 +1,6 @@
 //! Extremes of settings and of the window.
 
-use super::{CHEAP, FORMS, HARDER, TranslucentCase, unpushed};
+use super::{CHEAP, FORMS, HARDER, LAYERING, TranslucentCase, unpushed};
 use crate::{
     case::Case,
     problem::Setting,
@@ -44,7 +44,7 @@ fn of_settings(
         home,
         parameters: CHEAP,
         forms: FORMS,
-        criterion: HARDER,
+        criterion: LAYERING,
         must_refuse: never,
         prepare: unpushed(),
         setting,
@@ -91,15 +91,28 @@ fn samples() -> Axis {
     )
 }
 
+/// A point's truth, which finer texels only come closer to: a window would ask for more taps.
+const POINT: &[(&str, &str)] = &[("width", "96"), ("truth_rays", "1"), ("footprint", "0")];
+
+/// Layers of the largest maps: 16 of them would take gigabytes.
+const FEW_LAYERS: u32 = 4;
+
 fn map() -> Axis {
     Axis {
         unit: "texels",
+        parameters: POINT,
+        criterion: HARDER,
         ..of_settings(
             "map",
-            "side of the map; what is past 8192 is on the axis bad-settings",
-            Values::Whole { least: 1, greatest: 4096, per_decade: 2 },
+            "side of the map, with four layers where there are layers; what is past 8192 is on the \
+             axis bad-settings",
+            // A search of eleven frames at 4096 takes longer than a point may.
+            Values::Whole { least: 1, greatest: 2048, per_decade: 1 },
             256.0,
-            |setting, value| with(setting, "resolution", value as u32),
+            |setting, value| {
+                let few = with(setting, "layers", FEW_LAYERS);
+                with(&few.unwrap_or_else(|| setting.clone()), "resolution", value as u32)
+            },
         )
     }
 }
@@ -108,6 +121,7 @@ fn footprint() -> Axis {
     Axis {
         // A wider window is another signal, not a worse one: a technique that keeps up has no more
         // error.
+        criterion: HARDER,
         prepare: Box::new(|case, value, gpu| {
             let mut case: Case = case.clone();
             case.parameters.insert("footprint".into(), value.into());
@@ -124,13 +138,17 @@ fn footprint() -> Axis {
 }
 
 fn bias() -> Axis {
-    of_settings(
-        "bias",
-        "light depth taken from the receiver's, from none",
-        Values::FromZero { least: 1e-7, greatest: 0.1, per_decade: 1 },
-        1e-3,
-        |setting, value| with(setting, "bias", value),
-    )
+    Axis {
+        // The uncompressed map has the same bias.
+        criterion: HARDER,
+        ..of_settings(
+            "bias",
+            "light depth taken from the receiver's, from none",
+            Values::FromZero { least: 1e-7, greatest: 0.1, per_decade: 1 },
+            1e-3,
+            |setting, value| with(setting, "bias", value),
+        )
+    }
 }
 
 fn span() -> Axis {
@@ -169,7 +187,7 @@ const FORMATS: [&str; 5] = ["f32", "f16", "unorm8", "unorm8-scaled", "fixed"];
 fn precision() -> Axis {
     Axis {
         // The same answer with fewer bits: what they cost should not show in a front.
-        criterion: Criterion { metric: "rmse", times: 1.1, plus: 0.01 },
+        criterion: Criterion { times: 1.1, plus: 0.01, ..LAYERING },
         ..of_settings(
             "precision",
             "storage of a layer or a coefficient, for techniques that can store it so",
