@@ -442,7 +442,8 @@ mod tests {
         let all = format!("{block}[[measure.technique]]\nid = 'bom-search'\nvariants = ['*']");
         let plan = plan(&all).unwrap();
         let has = |variant: &str, form: Form| {
-            plan.groups[0].settings.iter().any(|s| s.variant == variant && s.form == form)
+            let mut settings = plan.groups.iter().flat_map(|group| &group.settings);
+            settings.any(|s| s.variant == variant && s.form == form)
         };
         assert!(has("oracle", Form::Cpu) && !has("oracle", Form::Gpu));
         assert!(has("correlation", Form::Cpu) && has("correlation", Form::Gpu));
