@@ -4,7 +4,7 @@ use super::super::subject_cascades::refused as cascades_refused;
 use super::{
     About, cascades,
     device_input::{self as given, Mesh, Shown, gate, is_mirrored},
-    input, shared,
+    device_search, input, shared,
 };
 use crate::{
     SuiteError,
@@ -31,7 +31,8 @@ pub fn gates() -> Vec<Gate> {
     let mut gates = Vec::new();
     for technique in SPEC.techniques.iter().filter(texels) {
         let id = technique.id;
-        if technique.forms.contains(&Form::Gpu) {
+        // A search has a renderer of its own.
+        if technique.forms.contains(&Form::Gpu) && id != device_search::ID {
             gates.push(gate(
                 about(
                     id,

@@ -7,6 +7,7 @@ mod criteria;
 mod device;
 mod device_input;
 mod device_ports;
+mod device_search;
 mod input;
 mod layers;
 mod layouts;
@@ -45,6 +46,7 @@ pub fn all() -> Vec<Gate> {
         budget::gates,
         device_ports::gates,
         device::gates,
+        device_search::gates,
     ]
     .into_iter()
     .flat_map(|gates| gates())
