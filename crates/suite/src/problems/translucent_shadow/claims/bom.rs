@@ -50,7 +50,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H5.3",
             statement: "For equal error bounding opacity maps need fewer layers than deep ones, \
                         enough to pay for their extra pass",
-            place: "Voicu 2011, section 5.1, seed lines 453 and 773",
+            place: "Voicu 2011, section 5.1",
             method: "seven scenes, error against the deep shadow map of the same texels, 3 x 3 taps, \
                      own best lookup. Deep maps of 4 and 16 layers over the deepest ray against \
                      even bounding maps (what a program can know), and at their best of eight spans \

@@ -26,7 +26,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H5.4",
             statement: "The end map drawn with near and far plane swapped is the one of depth \
                         comparison GREATER",
-            place: "Voicu 2011, section 5.1, figure 5.1.1, seed lines 455 to 459",
+            place: "Voicu 2011, section 5.1, figure 5.1.1",
             method: "every texel of ten scenes: 1 minus the least of 1 - d against the greatest d, \
                      in 32-bit floats; and on an adapter, software or not, the ends that five \
                      routes rasterise (GREATER, swapped planes, flipped range, MAX blending, \

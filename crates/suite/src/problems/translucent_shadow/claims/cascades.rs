@@ -23,7 +23,7 @@ pub fn claims() -> Vec<Claim> {
         id: "voicu-H2.1",
         statement: "Parallel-split shadow maps are cheaper than bounding opacity maps, but have no \
                     graded self-shadow: their error is larger in every translucent scene",
-        place: "Voicu 2011, section 2.2, seed lines 150 to 172; the author's manual",
+        place: "Voicu 2011, section 2.2; the author's manual",
         method: "ten scenes, 128 px, maps of 256, 3 x 3 taps. Two splits, half logarithmic, at \
                  their best bias of 1e-4, 1e-3 and 1e-2 against 16 bounding layers as they come: rms \
                  against light rays. Larger: by more than nothing, in every scene reproduced, in \

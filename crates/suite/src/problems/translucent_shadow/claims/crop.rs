@@ -23,7 +23,7 @@ pub fn claims() -> Vec<Claim> {
         id: "voicu-H1.1",
         statement: "Without cropping ever fewer texels see a caster as the light moves away; with \
                     it their share stays the same and near the greatest",
-        place: "Voicu 2011, section 3.1, figure 3.1.2, seed line 209",
+        place: "Voicu 2011, section 3.1, figure 3.1.2",
         method: "grass, tree and hair under their own light at distances in the ratio 10 to 20: \
                  parallel light with a window that grows with the distance, as the source's, and a \
                  spot of the same opening. Covered: share of 256 x 256 texels whose ray meets a \

@@ -12,9 +12,11 @@ mod bom_bounds;
 mod cascades;
 mod crop;
 mod dom;
+mod dom_cost;
 mod dom_layers;
 mod future;
 mod light;
+mod methods;
 mod osm;
 mod osm_packing;
 mod search;
@@ -44,6 +46,7 @@ fn part_one() -> Vec<Claim> {
     all.extend(osm_packing::claims());
     all.extend(dom::claims());
     all.extend(dom_layers::claims());
+    all.extend(dom_cost::claims());
     all.extend(bom::claims());
     all.extend(bom_bounds::claims());
     all

@@ -29,7 +29,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H3.2",
             statement: "Even planes waste maps where objects lie far apart: many consecutive maps \
                         hold the same",
-            place: "Voicu 2011, section 3.1, seed line 199",
+            place: "Voicu 2011, section 3.1",
             method: "16 maps of 256, a map counts as wasted if it equals the one before in every \
                      texel. `Many`: in two_far (two objects far apart) at least a quarter of the \
                      maps, and in none of the scenes of one object (grass, willow, hair, slab) \
@@ -41,7 +41,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H3.5",
             statement: "Filtered with 16 taps, a map of half the side is no worse than an \
                         unfiltered one",
-            place: "Voicu 2011, section 3.5, seed line 335",
+            place: "Voicu 2011, section 3.5",
             method: "64 opacity maps (what 16 textures hold), rms against light rays. 256 with \
                      4 x 4 taps against 512 with one, and 128 against 256, with truth averaged \
                      over the problem's footprint (0.004 of the whole map) and over none. Holds \

@@ -29,7 +29,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H3.3",
             statement: "Four maps in the channels of a texture hold what one map a texture does, \
                         in a quarter of the memory",
-            place: "Voicu 2011, section 3.3, seed line 315; appendix 2",
+            place: "Voicu 2011, section 3.3; appendix 2",
             method: "64 maps, one a texture against four a texture and slab, on grass, tree and \
                      hair. Equal: transmittances differ by no more than each fragment of the \
                      fullest texel rounding once (2^-24 of the sum, and x e^-x is at most 1/e), a \
@@ -39,7 +39,7 @@ pub fn claims() -> Vec<Claim> {
         Claim {
             id: "voicu-H3.4",
             statement: "Eight render targets in a pass give the maps of several passes, faster",
-            place: "Voicu 2011, section 3.4, seed line 331",
+            place: "Voicu 2011, section 3.4",
             method: "32 maps: one pass of eight targets against one pass a map and one a texture. \
                      Equal as in H3.3. Faster: median ratio of paired times below 1 by more than \
                      three median deviations, on hardware; the processor's and a software \
@@ -49,7 +49,7 @@ pub fn claims() -> Vec<Claim> {
         Claim {
             id: "voicu-H3.6",
             statement: "16 taps cost little, as the texture cache holds what they share",
-            place: "Voicu 2011, section 3.5, seed line 345",
+            place: "Voicu 2011, section 3.5",
             method: "frame time with 4 x 4 taps over one tap, 32 maps, on hardware. `Little`: below \
                      1.18, what doubling the maps from 4 to 8 costs at the least in table 6.1.1; \
                      from 1.5 on, half a frame, no one calls it little; open between. The \
@@ -60,7 +60,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H3.7",
             statement: "Maps of N fragments in K layers cost N K steps pass by pass, and N + K where \
                         fragments are sorted into slabs",
-            place: "Voicu 2011, section 1.1, seed lines 97 and 107",
+            place: "Voicu 2011, section 1.1",
             method: "steps = fragments read, channels blended and words written, from the layout, on \
                      hair; every fragment doubled, and maps from 16 to 32. Interaction = (steps of \
                      both doubled - each doubled alone + neither) / both doubled: 1/4 for a \
