@@ -87,7 +87,9 @@ const PARAMETERS: &[Knob] = &[
 const RESOLUTION: Knob = Knob::int("resolution", [16, 256, 4096], "side of the map")
     .unit("texels")
     .log()
-    .useful(128.0, 2048.0);
+    .useful(128.0, 2048.0)
+    // Coarser ones blur more than the truth's window, finer ones less.
+    .accuracy(Accuracy::Unimodal);
 const TAPS: Knob = Knob::choice(
     "taps",
     &["3x3", "1", "4x4", "stochastic"],
@@ -118,7 +120,10 @@ const OPAQUE: Knob = Knob::choice(
 );
 const WEIGHT: Knob =
     Knob::float("opaque_weight", [0.1, 3.0, 100.0], "optical thickness of an opaque caster").log();
-const LAYERS: Knob = Knob::int("layers", [1, 16, 256], "layers K").log().useful(2.0, 64.0);
+const LAYERS: Knob = Knob::int("layers", [1, 16, 256], "layers K")
+    .log()
+    .useful(2.0, 64.0)
+    .accuracy(Accuracy::Monotone);
 const LOOKUP: Knob =
     Knob::choice("lookup", &["lerp", "nearest", "exclusive"], "how a receiver reads layers");
 const FORMAT: Knob = Knob::choice(
@@ -245,7 +250,16 @@ const TECHNIQUES: &[Technique] = &[
             variant("repaired", "a fragment is added to its own and all later layers"),
             variant("listing", "the printed masks: later textures miss it in their first channels"),
         ],
-        knobs![BLUR, LAYERS, LOOKUP, SPAN, GROWTH, BLEND, FORMAT, STORAGE],
+        knobs![
+            BLUR,
+            LAYERS.accuracy(Accuracy::Unimodal),
+            LOOKUP,
+            SPAN,
+            GROWTH,
+            BLEND,
+            FORMAT,
+            STORAGE
+        ],
     ),
     technique(
         "bom",
@@ -294,7 +308,9 @@ const TECHNIQUES: &[Technique] = &[
         ONLY,
         knobs![
             BLUR,
-            Knob::int("pairs", [1, 3, 15], "pairs of cosine and sine").useful(1.0, 7.0),
+            Knob::int("pairs", [1, 3, 15], "pairs of cosine and sine")
+                .useful(1.0, 7.0)
+                .accuracy(Accuracy::Monotone),
             BOUNDED,
             FLOAT,
         ],
@@ -305,7 +321,12 @@ const TECHNIQUES: &[Technique] = &[
         "salvi2010",
         NO_GPU,
         &[variant("drawn", "fragments as they are drawn"), variant("sorted", "fragments by depth")],
-        knobs![Knob::int("nodes", [2, 8, 64], "nodes a texel").log().useful(4.0, 32.0)],
+        knobs![
+            Knob::int("nodes", [2, 8, 64], "nodes a texel")
+                .log()
+                .useful(4.0, 32.0)
+                .accuracy(Accuracy::Monotone)
+        ],
     ),
     technique(
         "moments",
@@ -353,7 +374,10 @@ const TECHNIQUES: &[Technique] = &[
         knobs![
             Knob::float("tolerance", [0.0, 0.02, 0.5], "greatest error of a stored transmittance")
                 .useful(0.0, 0.1),
-            Knob::int("nodes", [2, 64, 1024], "most nodes a texel").log().useful(8.0, 256.0),
+            Knob::int("nodes", [2, 64, 1024], "most nodes a texel")
+                .log()
+                .useful(8.0, 256.0)
+                .accuracy(Accuracy::Monotone),
         ],
     ),
 ];
