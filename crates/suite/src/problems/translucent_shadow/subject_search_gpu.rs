@@ -106,12 +106,14 @@ impl<'a, 'g> GpuSearchSubject<'a, 'g> {
             known.extend(search.frame(rasterised)?.trial.map(|(_, score)| score));
         }
         let scale = known.iter().fold(f64::MIN_POSITIVE, |most, score| most.max(score.abs()));
-        let apart = |(a, b): (&f64, &f64)| (a - b).abs() / scale;
+        let apart = |(a, b): (&f64, &f64)| {
+            let apart = (a - b).abs() / scale;
+            if apart.is_nan() { f64::INFINITY } else { apart }
+        };
         let worst = got.iter().zip(&known).map(apart).fold(0.0, f64::max);
         checked.port_errors.insert("score_max".into(), worst);
         let allowed = tolerance(&self.plan);
-        // Written so that a NaN is refused.
-        if !(worst <= allowed) {
+        if worst > allowed {
             checked.violations.push(format!(
                 "port: scores lie up to {worst:.1e} of the greatest from the processor's \
                  (allowed: {allowed})"
