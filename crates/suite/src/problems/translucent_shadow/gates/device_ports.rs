@@ -89,7 +89,7 @@ fn shown(
 ) -> Result<(Settings, Shown), SuiteError> {
     for _ in 0..DRAWS {
         // The order of drawing is not that of the sorted fragments.
-        let mut settings = input::sound(input::settings_of(rng, id)?);
+        let mut settings = input::sound(input::settings_in(rng, id, Form::Gpu)?);
         // A mirrored depth is off by 2^-24: its own gate judges that, and flat rays magnify it.
         if let Code::Layered(layered) = &mut settings.code {
             if is_mirrored(layered.end_map) {

@@ -136,6 +136,14 @@ pub fn receivers(rng: &mut Pcg64, count: usize) -> Vec<Receiver> {
 /// # Errors
 /// An unknown technique; one whose knobs never do.
 pub fn settings_of(rng: &mut Pcg64, technique: &str) -> Result<Settings, SuiteError> {
+    settings_in(rng, technique, Form::Cpu)
+}
+
+/// The same of another form than the processor's.
+///
+/// # Errors
+/// As [`settings_of`].
+pub fn settings_in(rng: &mut Pcg64, technique: &str, form: Form) -> Result<Settings, SuiteError> {
     let technique = SPEC.technique(technique)?;
     let mut refusal = None;
     for _ in 0..DRAWS {
@@ -143,7 +151,7 @@ pub fn settings_of(rng: &mut Pcg64, technique: &str) -> Result<Settings, SuiteEr
             technique.knobs.iter().map(|k| (k.name.to_string(), value(rng, k))).collect();
         let variant = technique.variants[rng.random_range(0..technique.variants.len())].id.into();
         let knobs = knob::complete("knob", technique.knobs, &given)?;
-        let setting = Setting { technique: technique.id.into(), variant, form: Form::Cpu, knobs };
+        let setting = Setting { technique: technique.id.into(), variant, form, knobs };
         match settings::settings(&setting, || Ok(0.5)) {
             Ok(settings) => return Ok(settings),
             Err(error) => refusal = Some(error),
