@@ -166,15 +166,17 @@ pub const TIES: f64 = 0.005;
 /// What rounding may do to a transmittance beyond the reference's own interval, by what is stored.
 /// Processor and device stay a decade below: sums of f32 differ by 1e-7 a layer, halves may be
 /// rounded towards zero by a device (3e-3 seen), bytes by a step of 1/255 an addition, and the
-/// matrix of six moments magnifies what f32 leaves (2e-3 seen).
-pub fn tolerance(settings: &Settings) -> f64 {
+/// matrix of six moments magnifies what f32 leaves (2e-3 seen). Each of the `most` fragments of a
+/// texel may cost half a unit in the last place of an f32 sum, and T no more than Ω.
+pub fn tolerance(settings: &Settings, most: usize) -> f64 {
     let format = match &settings.code {
         Code::Layered(layered) => layered.format,
         Code::Fourier(fourier) => fourier.format,
         Code::Moments(moments) => moments.format,
         _ => Format::F32,
     };
-    match (&settings.code, format) {
+    let sums = most as f64 * 2f64.powi(-24);
+    let stored = match (&settings.code, format) {
         (Code::Moments(m), Format::F32) => {
             if m.moments == 4 {
                 1e-3
@@ -185,11 +187,19 @@ pub fn tolerance(settings: &Settings) -> f64 {
         (Code::Moments(_), _) => 5e-2,
         (_, Format::F32 | Format::Fixed) => 1e-4,
         (_, _) => 2e-2,
-    }
+    };
+    stored + sums
 }
 
 /// Holds a port against the intervals in which the reference allows transmittances to lie.
-pub fn check_port(settings: &Settings, got: &[f32], allowed: &[(f64, f64)], checked: &mut Checked) {
+pub fn check_port(
+    settings: &Settings,
+    fragments: &Fragments,
+    got: &[f32],
+    allowed: &[(f64, f64)],
+    checked: &mut Checked,
+) {
+    let most = fragments.starts.windows(2).map(|w| w[1] - w[0]).max().unwrap_or(0) as usize;
     let beyond = |(value, (least, most)): (&f32, &(f64, f64))| {
         let value = f64::from(*value);
         let outside = (least - value).max(value - most).max(0.0);
@@ -197,7 +207,7 @@ pub fn check_port(settings: &Settings, got: &[f32], allowed: &[(f64, f64)], chec
     };
     let outside: Vec<f64> = got.iter().zip(allowed).map(beyond).collect();
     let max = outside.iter().copied().fold(0.0, f64::max);
-    let tolerance = tolerance(settings);
+    let tolerance = tolerance(settings, most);
     let share =
         outside.iter().filter(|d| **d > tolerance).count() as f64 / outside.len().max(1) as f64;
     checked.port_errors.insert("transmittance_max".into(), max);

@@ -104,7 +104,7 @@ impl Subject for CpuSubject<'_, '_> {
         let allowed: Vec<(f64, f64)> =
             subset.par_iter().map(|i| reference.interval(&receivers[*i])).collect();
         let got: Vec<f32> = subset.iter().map(|i| self.result[*i]).collect();
-        port::check_port(&self.settings, &got, &allowed, &mut checked);
+        port::check_port(&self.settings, &self.fragments, &got, &allowed, &mut checked);
         checked.counters = port::counters(&self.grid(), &self.settings, maps);
         // A receiver is 24 bytes and its transmittance 4.
         checked.memory_bytes = maps.map_bytes() + 28 * self.result.len() as u64;

@@ -113,7 +113,7 @@ impl Subject for GpuSubject<'_, '_> {
         let allowed: Vec<(f64, f64)> =
             subset.par_iter().map(|i| reference.interval(&receivers[*i])).collect();
         let got: Vec<f32> = subset.iter().map(|i| result[*i]).collect();
-        port::check_port(&self.settings, &got, &allowed, &mut checked);
+        port::check_port(&self.settings, &rasterised, &got, &allowed, &mut checked);
         // The rasteriser: against the rays.
         check_raster(&self.fragments, &rasterised, &mut checked);
         let counters = self.renderer.counters();

@@ -179,7 +179,7 @@ impl<'a, 'g> GpuSearchSubject<'a, 'g> {
             allowed.extend(of_step.par_iter().map(one).collect::<Vec<_>>());
             got.extend(of_step.iter().map(|i| result[*i]));
         }
-        port::check_port(settings, &got, &allowed, checked);
+        port::check_port(settings, rasterised, &got, &allowed, checked);
         Ok(())
     }
 
