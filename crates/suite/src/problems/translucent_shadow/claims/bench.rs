@@ -52,7 +52,7 @@ pub fn claims() -> Vec<Claim> {
         Claim {
             id: "voicu-H10.3",
             statement: "As layers are added, bounding maps take the same time as deep ones",
-            place: "Voicu 2011, section 6.3, seed line 783, figure 6.3.1",
+            place: "Voicu 2011, section 6.3, figure 6.3.1",
             method: "frames as in H10.1: in a scene the ratio of bounding over deep maps must lie \
                      nearer 1 at 32 layers than at 4, and there within a tenth of 1 (the thesis: \
                      0.93 to 1.05 of time). Voted over three scenes",

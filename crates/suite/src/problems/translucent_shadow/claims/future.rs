@@ -62,7 +62,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H9.3",
             statement: "Adding layers while frames are fast enough finds the most that a budget \
                         allows",
-            place: "Voicu 2011, section 7, seed line 848",
+            place: "Voicu 2011, section 7",
             method: "bounding maps of grass, 8 to 32 layers in eights, nine frames each in turn on \
                      the processor; budgets half way between the medians of neighbouring numbers \
                      of layers; open where these medians do not rise, as on a busy machine. The controller that is fed these frames must settle on the largest \

@@ -71,7 +71,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H8.3",
             statement: "Behind an opaque caster of thickness w the share e^-w of the light is left: \
                         5 % for 3",
-            place: "Voicu 2011, section 5.3, seed line 710",
+            place: "Voicu 2011, section 5.3",
             method: "receivers as in H8.2 whose texel holds nothing translucent, thickness 1, 3 \
                      and 10, read by the layer's own sum (thesis): mean transmittance within 1 % \
                      of e^-w for all three methods and scenes. Interpolated sums beside",

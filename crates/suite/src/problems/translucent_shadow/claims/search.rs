@@ -47,7 +47,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H7.3",
             statement: "Absolute differences and correlation move alike; correlation covers a \
                         wider range of splits",
-            place: "Voicu 2011, section 5.2.3, seed line 577",
+            place: "Voicu 2011, section 5.2.3",
             method: "the rows of H7.1. Alike: of the twelve steps from 4 to 16 and from 16 to 32 \
                      layers, both adopted splits move the same way (up, down or not) in more than \
                      half. Wider: greatest less least adopted split of all rows. Both forms, each \

@@ -38,7 +38,7 @@ pub fn claims() -> Vec<Claim> {
         Claim {
             id: "voicu-H7.5",
             statement: "Correlation summed in one pass is that of two passes",
-            place: "Voicu 2011, section 5.2.4, seed lines 653 to 698, appendix 12",
+            place: "Voicu 2011, section 5.2.4, appendix 12",
             method: "15 pairs of neighbouring maps of dense grass (16 layers, 256 texels a side, \
                      lambda 0), as printed in bytes and repaired in floats: one pass against means \
                      first, then deviations, all in 64 bits. Equal: within 1e-9. The same sums in \
@@ -49,7 +49,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H7.6",
             statement: "A search takes eleven frames and turns a program in real time into an \
                         interactive one for a couple of seconds",
-            place: "Voicu 2011, algorithm 5.2.3.1 and section 5.4, seed line 722",
+            place: "Voicu 2011, algorithm 5.2.3.1 and section 5.4",
             method: "grass at the thesis's size (512 texels, 16 layers, as printed): frames from \
                      the start until a split is adopted must be eleven, and so must each search \
                      after. Read-back of all maps, their correlation on the processor and a frame \

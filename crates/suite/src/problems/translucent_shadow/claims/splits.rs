@@ -56,7 +56,7 @@ pub fn claims() -> Vec<Claim> {
         Claim {
             id: "voicu-H6.6",
             statement: "The best mixture is never worse than the better of even and logarithmic",
-            place: "Voicu 2011, section 5.2.3, seed lines 523 to 533",
+            place: "Voicu 2011, section 5.2.3",
             method: "the six views of table A.11, 4, 8, 16 and 32 layers, both forms. The best of \
                      eleven includes both ends, so that it could not fail where it is chosen: it \
                      is chosen on every other receiver and judged on the rest, against the end \

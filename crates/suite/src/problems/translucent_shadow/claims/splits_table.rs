@@ -37,7 +37,7 @@ pub fn claims() -> Vec<Claim> {
             id: "voicu-H6.4",
             statement: "A lookup texture gives the split to 1/255 and its interpolation, faster \
                         than arithmetic",
-            place: "Voicu 2011, section 5.2.2, seed line 507",
+            place: "Voicu 2011, section 5.2.2",
             method: "512 texels of bytes, lambda 0 to 1 in tenths, 20,001 depths: no difference \
                      from arithmetic may exceed 1/255 plus the steepest slope of the depth's texel \
                      times its width. The listing's own table is shown beside. Speed: a whole \
