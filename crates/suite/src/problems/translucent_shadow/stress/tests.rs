@@ -337,9 +337,9 @@ fn the_truth_in_a_column_is_a_power_of_one_sheets() {
             assert!((f64::from(*truth) - expected).abs() < 2e-6, "{count}: {truth} {expected}");
             seen.insert(above, ());
         }
-        // The camera sees most sheets, and the floor where there is one sheet.
+        // The camera sees a few sheets of many, and the floor where there is one sheet.
         let least = if count < 10 { 1 } else { count as usize / 4 };
-        assert!(seen.len() >= least.min(30), "{count}: {} of its sheets are seen", seen.len());
+        assert!(seen.len() >= least.min(20), "{count}: {} of its sheets are seen", seen.len());
         // Every texel meets the same.
         let map = prepared.fragments(true, 4, Model::ExpTau).unwrap();
         assert!((0..16).all(|t| map.texel(t) == map.texel(0)));
