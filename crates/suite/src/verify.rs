@@ -71,6 +71,34 @@ pub struct Gate {
     pub control: Run,
 }
 
+/// What a gate says about itself.
+pub struct About {
+    /// Technique id, or `-` for what all share.
+    pub technique: &'static str,
+    /// Short name.
+    pub name: &'static str,
+    /// What holds, one sentence.
+    pub statement: &'static str,
+    /// What the deliberate fault is.
+    pub fault: &'static str,
+}
+
+/// A gate from one check that can be run with its fault.
+pub fn gate(
+    about: About,
+    check: impl Fn(&GateContext<'_>, bool) -> Result<Tally, SuiteError> + Copy + Send + Sync + 'static,
+) -> Gate {
+    Gate {
+        technique: about.technique.into(),
+        name: about.name.into(),
+        statement: about.statement,
+        needs_gpu: false,
+        run: Box::new(move |context| check(context, false)),
+        fault: about.fault,
+        control: Box::new(move |context| check(context, true)),
+    }
+}
+
 /// How a gate ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]

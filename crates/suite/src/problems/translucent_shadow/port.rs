@@ -1,13 +1,21 @@
 //! What all forms check before they are timed, and how a map's own error is told apart.
 
-use super::{case::TranslucentCase, errors};
-use crate::{SuiteError, memory, problem::Checked};
+use super::{case::TranslucentCase, errors, settings};
+use crate::{
+    SuiteError, memory,
+    problem::{Checked, Setting},
+};
 use dapple_opacity_maps::{
     Code, Format, Fragments, Model, Receiver, Settings, Taps,
     exact::Exact,
+    reference::Reference,
     taps::{self, MOST, Tap},
 };
 use rayon::prelude::*;
+use std::rc::Rc;
+
+/// Most receivers held against the reference.
+pub const MOST_CHECKED: usize = 4096;
 
 /// Steps along a light ray in which banding is looked for.
 const STEPS: usize = 128;
@@ -16,15 +24,58 @@ const STEPS: usize = 128;
 const RAYS: usize = 2048;
 
 /// What a setting's map is made of and judged by.
-pub struct Grid<'a> {
-    /// Fragments by the setting's model.
-    pub fragments: &'a Fragments,
+pub struct Grid {
+    /// Side of the map, texels.
+    pub resolution: u32,
+    /// Whether the map is cropped to what casts and receives.
+    pub crop: bool,
+    /// Thickness model.
+    pub model: Model,
+    /// Fragments by that model.
+    pub fragments: Rc<Fragments>,
     /// The same, sorted.
-    pub own: &'a Exact,
+    pub own: Rc<Exact>,
     /// Sorted fragments by the truth's law.
-    pub law: &'a Exact,
+    pub law: Rc<Exact>,
     /// Receivers in the map's coordinates.
-    pub receivers: &'a [Receiver],
+    pub receivers: Rc<Vec<Receiver>>,
+}
+
+impl Grid {
+    /// Finds the map's fragments if no other setting has.
+    ///
+    /// # Errors
+    /// More fragments than memory allows.
+    pub fn of(
+        case: &TranslucentCase<'_>,
+        crop: bool,
+        resolution: u32,
+        model: Model,
+    ) -> Result<Self, SuiteError> {
+        Ok(Self {
+            resolution,
+            crop,
+            model,
+            fragments: case.fragments(crop, resolution, model)?,
+            own: case.exact(crop, resolution, model)?,
+            law: case.exact(crop, resolution, case.law())?,
+            receivers: case.receivers(crop),
+        })
+    }
+
+    /// The map that a setting asks for, and what it stores.
+    ///
+    /// # Errors
+    /// Settings that are refused, or more fragments than memory allows.
+    pub fn asked(
+        case: &TranslucentCase<'_>,
+        setting: &Setting,
+    ) -> Result<(Self, Settings), SuiteError> {
+        let (resolution, crop) = (settings::resolution(setting)?, settings::crop(setting)?);
+        let grid = Self::of(case, crop, resolution, settings::model(setting)?)?;
+        let settings = settings::settings(setting, || Ok(grid.own.deepest_span()))?;
+        Ok((grid, settings))
+    }
 }
 
 /// Every transmittance must be a share.
@@ -42,17 +93,17 @@ pub fn check_range(result: &[f32], checked: &mut Checked) {
 /// A value that is not finite.
 pub fn measure(
     case: &TranslucentCase<'_>,
-    grid: &Grid<'_>,
+    grid: &Grid,
     settings: &Settings,
     result: &[f32],
     checked: &mut Checked,
 ) -> Result<(), SuiteError> {
     check_range(result, checked);
     checked.errors = errors::against_truth(case, result)?;
-    let own = deep(grid, grid.own, settings);
-    let law = deep(grid, grid.law, settings);
+    let own = deep(grid, &grid.own, settings);
+    let law = deep(grid, &grid.law, settings);
     let plain = Settings { taps: Taps::One, ..settings.clone() };
-    let one_tap = deep(grid, grid.law, &plain);
+    let one_tap = deep(grid, &grid.law, &plain);
     for (name, a, b) in [
         ("layering_rmse", result, own.as_slice()),
         ("model_rmse", own.as_slice(), law.as_slice()),
@@ -65,8 +116,8 @@ pub fn measure(
 
 /// What the uncompressed deep shadow map says at every receiver, with the setting's taps, bias and
 /// opaque map (a weight counts as opaque).
-pub fn deep(grid: &Grid<'_>, exact: &Exact, settings: &Settings) -> Vec<f32> {
-    let fragments = grid.fragments;
+pub fn deep(grid: &Grid, exact: &Exact, settings: &Settings) -> Vec<f32> {
+    let fragments: &Fragments = &grid.fragments;
     let one = |receiver: &Receiver| {
         if !receiver.in_map() {
             return 1.0;
@@ -91,19 +142,20 @@ pub fn deep(grid: &Grid<'_>, exact: &Exact, settings: &Settings) -> Vec<f32> {
 /// Root mean squared step of the layering error along light rays: `transmittance(texel, depth)`
 /// against the deep shadow map, in [`STEPS`] steps over each ray's extent, on at most [`RAYS`] rays
 /// that meet something.
-pub fn banding(grid: &Grid<'_>, transmittance: impl Fn(usize, f32) -> f32 + Sync) -> Option<f64> {
-    let texels = grid.fragments.texels();
-    let covered: Vec<usize> = (0..texels).filter(|t| grid.own.ends(*t).is_some()).collect();
+pub fn banding(grid: &Grid, transmittance: impl Fn(usize, f32) -> f32 + Sync) -> Option<f64> {
+    let (fragments, own): (&Fragments, &Exact) = (&grid.fragments, &grid.own);
+    let texels = fragments.texels();
+    let covered: Vec<usize> = (0..texels).filter(|t| own.ends(*t).is_some()).collect();
     let stride = covered.len().div_ceil(RAYS).max(1);
     let rays: Vec<usize> = covered.into_iter().step_by(stride).collect();
     let one = |texel: &usize| {
-        let (near, far) = grid.own.ends(*texel)?;
+        let (near, far) = own.ends(*texel)?;
         // A little beyond both ends, where light must be whole and darkness complete.
         let reach = 0.05 * (far - near).max(1e-4);
         let at = |i: usize| near - reach + (far - near + 2.0 * reach) * i as f32 / STEPS as f32;
         let error = |i: usize| {
             let depth = at(i);
-            f64::from(transmittance(*texel, depth)) - grid.own.transmittance(*texel, depth)
+            f64::from(transmittance(*texel, depth)) - own.transmittance(*texel, depth)
         };
         let errors: Vec<f64> = (0..=STEPS).map(error).collect();
         dapple_metrics::bands::banding(&errors).ok().map(|step| step * step)
@@ -138,7 +190,7 @@ pub fn law_model(law: &str) -> Model {
 
 /// Hardware-independent work of a frame.
 pub fn counters(
-    grid: &Grid<'_>,
+    grid: &Grid,
     settings: &Settings,
     maps: &dapple_opacity_maps::cpu::Maps,
 ) -> std::collections::BTreeMap<String, u64> {
@@ -189,6 +241,27 @@ pub fn tolerance(settings: &Settings, most: usize) -> f64 {
         (_, _) => 2e-2,
     };
     stored + sums
+}
+
+/// Holds a seeded choice of receivers against the reference on the fragments that the port had.
+///
+/// # Errors
+/// Settings or fragments that the reference refuses.
+pub fn hold(
+    case: &TranslucentCase<'_>,
+    grid: &Grid,
+    settings: &Settings,
+    fragments: &Fragments,
+    result: &[f32],
+    checked: &mut Checked,
+) -> Result<(), SuiteError> {
+    let reference = Reference::new(settings, fragments)?;
+    let (subset, receivers) = (case.subset(MOST_CHECKED), &grid.receivers[..]);
+    let allowed: Vec<(f64, f64)> =
+        subset.par_iter().map(|i| reference.interval(&receivers[*i])).collect();
+    let got: Vec<f32> = subset.iter().map(|i| result[*i]).collect();
+    check_port(settings, fragments, &got, &allowed, checked);
+    Ok(())
 }
 
 /// Holds a port against the intervals in which the reference allows transmittances to lie.

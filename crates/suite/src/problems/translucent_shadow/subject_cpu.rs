@@ -1,27 +1,21 @@
 //! A technique on the processor: a frame encodes given fragments and shades every receiver.
 
-use super::{case::TranslucentCase, port, settings};
+use super::{
+    case::TranslucentCase,
+    port::{self, Grid},
+};
 use crate::{
     SuiteError,
     problem::{Checked, FrameTime, Picture, Setting, Subject},
 };
-use dapple_opacity_maps::{
-    Code, Fragments, Receiver, Settings, cpu::Maps, exact::Exact, reference::Reference,
-};
-use rayon::prelude::*;
-use std::{rc::Rc, time::Instant};
-
-/// Most receivers held against the reference.
-const MOST_CHECKED: usize = 4096;
+use dapple_opacity_maps::{Code, Settings, cpu::Maps};
+use std::time::Instant;
 
 /// The maps with their input and result.
 pub struct CpuSubject<'a, 'g> {
     case: &'a TranslucentCase<'g>,
     settings: Settings,
-    fragments: Rc<Fragments>,
-    own: Rc<Exact>,
-    law: Rc<Exact>,
-    receivers: Rc<Vec<Receiver>>,
+    grid: Grid,
     maps: Maps,
     result: Vec<f32>,
 }
@@ -32,30 +26,15 @@ impl<'a, 'g> CpuSubject<'a, 'g> {
     /// # Errors
     /// Settings that are refused, or a map of more fragments than memory allows.
     pub fn new(case: &'a TranslucentCase<'g>, setting: &Setting) -> Result<Self, SuiteError> {
-        let (resolution, crop) = (settings::resolution(setting)?, settings::crop(setting)?);
-        let model = settings::model(setting)?;
-        let own = case.exact(crop, resolution, model)?;
-        let settings = settings::settings(setting, || Ok(own.deepest_span()))?;
-        port::check_host(resolution, &settings)?;
+        let (grid, settings) = Grid::asked(case, setting)?;
+        port::check_host(grid.resolution, &settings)?;
         Ok(Self {
             case,
-            fragments: case.fragments(crop, resolution, model)?,
-            law: case.exact(crop, resolution, case.law())?,
-            own,
-            receivers: case.receivers(crop),
-            maps: Maps::new(resolution, resolution, &settings)?,
+            maps: Maps::new(grid.resolution, grid.resolution, &settings)?,
             result: vec![0.0; case.truth().len()],
             settings,
+            grid,
         })
-    }
-
-    fn grid(&self) -> port::Grid<'_> {
-        port::Grid {
-            fragments: &self.fragments,
-            own: &self.own,
-            law: &self.law,
-            receivers: &self.receivers,
-        }
     }
 }
 
@@ -71,9 +50,9 @@ impl Subject for CpuSubject<'_, '_> {
 
     fn frame(&mut self, _index: usize) -> Result<FrameTime, SuiteError> {
         let start = Instant::now();
-        self.maps.build(&self.fragments)?;
+        self.maps.build(&self.grid.fragments)?;
         let built = start.elapsed();
-        self.maps.shade(&self.receivers, &mut self.result)?;
+        self.maps.shade(&self.grid.receivers, &mut self.result)?;
         let all = start.elapsed();
         let ns = |d: std::time::Duration| d.as_nanos() as u64;
         let passes = vec![("encode", ns(built)), ("shade", ns(all - built))];
@@ -83,10 +62,10 @@ impl Subject for CpuSubject<'_, '_> {
     fn check(&mut self) -> Result<Checked, SuiteError> {
         self.frame(0)?;
         let mut checked = Checked::default();
-        port::measure(self.case, &self.grid(), &self.settings, &self.result, &mut checked)?;
+        port::measure(self.case, &self.grid, &self.settings, &self.result, &mut checked)?;
         let maps = &self.maps;
         let along = |texel: usize, depth: f32| maps.code().decode(texel, maps.texel(texel), depth);
-        if let Some(banding) = port::banding(&self.grid(), along) {
+        if let Some(banding) = port::banding(&self.grid, along) {
             checked.errors.insert("banding".into(), banding);
         }
         if let Code::Layered(layered) = &self.settings.code {
@@ -95,17 +74,19 @@ impl Subject for CpuSubject<'_, '_> {
                 let words = maps.texel(texel);
                 &words[words.len() - layers..]
             };
-            if let Some(idle) = port::idle_layers(&self.fragments, layers, sums) {
+            if let Some(idle) = port::idle_layers(&self.grid.fragments, layers, sums) {
                 checked.errors.insert("idle_layers".into(), idle);
             }
         }
-        let reference = Reference::new(&self.settings, &self.fragments)?;
-        let (subset, receivers) = (self.case.subset(MOST_CHECKED), &self.receivers[..]);
-        let allowed: Vec<(f64, f64)> =
-            subset.par_iter().map(|i| reference.interval(&receivers[*i])).collect();
-        let got: Vec<f32> = subset.iter().map(|i| self.result[*i]).collect();
-        port::check_port(&self.settings, &self.fragments, &got, &allowed, &mut checked);
-        checked.counters = port::counters(&self.grid(), &self.settings, maps);
+        port::hold(
+            self.case,
+            &self.grid,
+            &self.settings,
+            &self.grid.fragments,
+            &self.result,
+            &mut checked,
+        )?;
+        checked.counters = port::counters(&self.grid, &self.settings, maps);
         // A receiver is 24 bytes and its transmittance 4.
         checked.memory_bytes = maps.map_bytes() + 28 * self.result.len() as u64;
         Ok(checked)

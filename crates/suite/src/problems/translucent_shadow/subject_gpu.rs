@@ -1,22 +1,18 @@
 //! A technique on a graphics adapter: a frame rasterises, blends and shades, each pass timed.
 
-use super::{case::TranslucentCase, port, settings};
+use super::{
+    case::TranslucentCase,
+    port::{self, Grid},
+};
 use crate::{
     SuiteError,
     problem::{Checked, FrameTime, Picture, Setting, Subject},
 };
 use dapple_gpu::{Gpu, GpuError};
 use dapple_opacity_maps::{
-    Fragments, Model, Receiver, Settings,
-    exact::Exact,
+    Fragments, Settings,
     gpu::{self, OpacityGpuError, Renderer},
-    reference::Reference,
 };
-use rayon::prelude::*;
-use std::rc::Rc;
-
-/// Most receivers held against the reference.
-pub const MOST_CHECKED: usize = 4096;
 
 /// Share of texels whose fragments may differ in number between rasteriser and rays: those whose
 /// centre lies within the rasteriser's sub-pixel step of a triangle's edge. Thin geometry is all
@@ -28,12 +24,7 @@ pub struct GpuSubject<'a, 'g> {
     case: &'a TranslucentCase<'g>,
     gpu: &'g Gpu,
     settings: Settings,
-    model: Model,
-    crop: bool,
-    fragments: Rc<Fragments>,
-    own: Rc<Exact>,
-    law: Rc<Exact>,
-    receivers: Rc<Vec<Receiver>>,
+    grid: Grid,
     renderer: Renderer,
 }
 
@@ -47,34 +38,19 @@ impl<'a, 'g> GpuSubject<'a, 'g> {
         gpu: &'g Gpu,
         setting: &Setting,
     ) -> Result<Self, SuiteError> {
-        let (resolution, crop) = (settings::resolution(setting)?, settings::crop(setting)?);
-        let model = settings::model(setting)?;
-        let own = case.exact(crop, resolution, model)?;
-        let settings = settings::settings(setting, || Ok(own.deepest_span()))?;
-        let receivers = case.receivers(crop);
-        let size = [resolution, resolution];
-        let mesh = case.light_mesh(crop);
-        let renderer =
-            Renderer::new(gpu, &mesh, model, &receivers, size, &settings).map_err(refused)?;
-        Ok(Self {
-            case,
-            gpu,
-            model,
-            crop,
-            fragments: case.fragments(crop, resolution, model)?,
-            law: case.exact(crop, resolution, case.law())?,
-            own,
-            receivers,
-            renderer,
-            settings,
-        })
+        let (grid, settings) = Grid::asked(case, setting)?;
+        let size = [grid.resolution; 2];
+        let mesh = case.light_mesh(grid.crop);
+        let renderer = Renderer::new(gpu, &mesh, grid.model, &grid.receivers, size, &settings)
+            .map_err(refused)?;
+        Ok(Self { case, gpu, grid, renderer, settings })
     }
 
     /// What this device rasterises, by which its own maps are judged.
     fn rasterised(&self) -> Result<Fragments, SuiteError> {
-        let size = [self.fragments.width, self.fragments.height];
-        let mesh = self.case.light_mesh(self.crop);
-        gpu::fragments(self.gpu, &mesh, self.model, size).map_err(refused)
+        let size = [self.grid.fragments.width, self.grid.fragments.height];
+        let mesh = self.case.light_mesh(self.grid.crop);
+        gpu::fragments(self.gpu, &mesh, self.grid.model, size).map_err(refused)
     }
 }
 
@@ -99,23 +75,12 @@ impl Subject for GpuSubject<'_, '_> {
         self.frame(0)?;
         let result = self.renderer.read(self.gpu).map_err(refused)?;
         let mut checked = Checked::default();
-        let grid = port::Grid {
-            fragments: &self.fragments,
-            own: &self.own,
-            law: &self.law,
-            receivers: &self.receivers,
-        };
-        port::measure(self.case, &grid, &self.settings, &result, &mut checked)?;
+        port::measure(self.case, &self.grid, &self.settings, &result, &mut checked)?;
         // The port: against the reference on this device's own fragments.
         let rasterised = self.rasterised()?;
-        let reference = Reference::new(&self.settings, &rasterised)?;
-        let (subset, receivers) = (self.case.subset(MOST_CHECKED), &self.receivers[..]);
-        let allowed: Vec<(f64, f64)> =
-            subset.par_iter().map(|i| reference.interval(&receivers[*i])).collect();
-        let got: Vec<f32> = subset.iter().map(|i| result[*i]).collect();
-        port::check_port(&self.settings, &rasterised, &got, &allowed, &mut checked);
+        port::hold(self.case, &self.grid, &self.settings, &rasterised, &result, &mut checked)?;
         // The rasteriser: against the rays.
-        check_raster(&self.fragments, &rasterised, &mut checked);
+        check_raster(&self.grid.fragments, &rasterised, &mut checked);
         let counters = self.renderer.counters();
         checked.counters = [
             ("fragments", rasterised.items.len() as u64),

@@ -1,23 +1,22 @@
 //! The oracle itself, held against truth: its error is the method's own, without a port's. Never
 //! timed.
 
-use super::{case::TranslucentCase, port, settings};
+use super::{
+    case::TranslucentCase,
+    port::{self, Grid},
+};
 use crate::{
     SuiteError,
     problem::{Checked, FrameTime, Picture, Setting, Subject},
 };
-use dapple_opacity_maps::{Fragments, Receiver, Settings, exact::Exact, reference::Reference};
+use dapple_opacity_maps::{Receiver, Settings, reference::Reference};
 use rayon::prelude::*;
-use std::rc::Rc;
 
 /// The reference with its input and result.
 pub struct ReferenceSubject<'a, 'g> {
     case: &'a TranslucentCase<'g>,
     settings: Settings,
-    fragments: Rc<Fragments>,
-    own: Rc<Exact>,
-    law: Rc<Exact>,
-    receivers: Rc<Vec<Receiver>>,
+    grid: Grid,
     result: Vec<f32>,
 }
 
@@ -27,18 +26,8 @@ impl<'a, 'g> ReferenceSubject<'a, 'g> {
     /// # Errors
     /// Settings that are refused.
     pub fn new(case: &'a TranslucentCase<'g>, setting: &Setting) -> Result<Self, SuiteError> {
-        let (resolution, crop) = (settings::resolution(setting)?, settings::crop(setting)?);
-        let model = settings::model(setting)?;
-        let own = case.exact(crop, resolution, model)?;
-        Ok(Self {
-            case,
-            settings: settings::settings(setting, || Ok(own.deepest_span()))?,
-            fragments: case.fragments(crop, resolution, model)?,
-            law: case.exact(crop, resolution, case.law())?,
-            own,
-            receivers: case.receivers(crop),
-            result: Vec::new(),
-        })
+        let (grid, settings) = Grid::asked(case, setting)?;
+        Ok(Self { case, settings, grid, result: Vec::new() })
     }
 }
 
@@ -53,22 +42,16 @@ impl Subject for ReferenceSubject<'_, '_> {
     }
 
     fn frame(&mut self, _index: usize) -> Result<FrameTime, SuiteError> {
-        let reference = Reference::new(&self.settings, &self.fragments)?;
+        let reference = Reference::new(&self.settings, &self.grid.fragments)?;
         let one = |receiver: &Receiver| reference.transmittance(receiver) as f32;
-        self.result = self.receivers.par_iter().map(one).collect();
+        self.result = self.grid.receivers.par_iter().map(one).collect();
         Ok(FrameTime::default())
     }
 
     fn check(&mut self) -> Result<Checked, SuiteError> {
         self.frame(0)?;
         let mut checked = Checked::default();
-        let grid = port::Grid {
-            fragments: &self.fragments,
-            own: &self.own,
-            law: &self.law,
-            receivers: &self.receivers,
-        };
-        port::measure(self.case, &grid, &self.settings, &self.result, &mut checked)?;
+        port::measure(self.case, &self.grid, &self.settings, &self.result, &mut checked)?;
         Ok(checked)
     }
 

@@ -1,18 +1,21 @@
 //! Bounding opacity maps whose split is searched for: eleven frames try a λ each, then the best is
 //! kept, for the whole map or tile by tile.
 
-use super::{case::TranslucentCase, port, settings};
+use super::{
+    case::TranslucentCase,
+    port::{self, Grid},
+    settings,
+};
 use crate::{
     SuiteError,
     knob::Get,
     problem::{Checked, FrameTime, Picture, Setting, Subject},
 };
 use dapple_opacity_maps::{
-    Code, Criterion, Fragments, Receiver, Settings,
-    exact::Exact,
+    Code, Criterion, Settings,
     search::{Plan, Precision, Scoring, Search, Steps},
 };
-use std::{rc::Rc, time::Instant};
+use std::time::Instant;
 
 /// Frames after the search: what a scene at rest costs.
 pub const SETTLED: usize = 3;
@@ -21,11 +24,7 @@ pub const SETTLED: usize = 3;
 pub struct SearchSubject<'a, 'g> {
     case: &'a TranslucentCase<'g>,
     plan: Plan,
-    resolution: u32,
-    fragments: Rc<Fragments>,
-    own: Rc<Exact>,
-    law: Rc<Exact>,
-    receivers: Rc<Vec<Receiver>>,
+    grid: Grid,
     search: Search,
     map_sets: u64,
     scored: u64,
@@ -38,25 +37,17 @@ impl<'a, 'g> SearchSubject<'a, 'g> {
     /// # Errors
     /// Settings that are refused, or a criterion that says nothing of a tile that small.
     pub fn new(case: &'a TranslucentCase<'g>, setting: &Setting) -> Result<Self, SuiteError> {
-        let (resolution, crop) = (settings::resolution(setting)?, settings::crop(setting)?);
-        let model = settings::model(setting)?;
-        let own = case.exact(crop, resolution, model)?;
-        let settings = settings::settings(setting, || Ok(own.deepest_span()))?;
-        port::check_host(resolution, &settings)?;
+        let (grid, settings) = Grid::asked(case, setting)?;
+        port::check_host(grid.resolution, &settings)?;
         let plan = plan(setting, settings)?;
-        let receivers = case.receivers(crop);
         Ok(Self {
             case,
-            search: Search::new(resolution, resolution, plan.clone())?,
+            search: Search::new(grid.resolution, grid.resolution, plan.clone())?,
             plan,
-            resolution,
-            fragments: case.fragments(crop, resolution, model)?,
-            law: case.exact(crop, resolution, case.law())?,
-            own,
-            result: vec![0.0; receivers.len()],
-            receivers,
+            result: vec![0.0; grid.receivers.len()],
             map_sets: 0,
             scored: 0,
+            grid,
         })
     }
 }
@@ -96,9 +87,9 @@ impl Subject for SearchSubject<'_, '_> {
 
     fn frame(&mut self, _index: usize) -> Result<FrameTime, SuiteError> {
         let start = Instant::now();
-        let report = self.search.frame(&self.fragments)?;
+        let report = self.search.frame(&self.grid.fragments)?;
         let searched = start.elapsed();
-        self.search.maps().shade(&self.receivers, &mut self.result)?;
+        self.search.maps().shade(&self.grid.receivers, &mut self.result)?;
         let all = start.elapsed();
         self.map_sets += u64::from(report.map_sets);
         self.scored += u64::from(report.trial.is_some());
@@ -113,16 +104,10 @@ impl Subject for SearchSubject<'_, '_> {
             self.frame(index)?;
         }
         let mut checked = Checked::default();
-        let grid = port::Grid {
-            fragments: &self.fragments,
-            own: &self.own,
-            law: &self.law,
-            receivers: &self.receivers,
-        };
-        port::measure(self.case, &grid, &self.plan.settings, &self.result, &mut checked)?;
+        port::measure(self.case, &self.grid, &self.plan.settings, &self.result, &mut checked)?;
         let maps = self.search.maps();
         let along = |texel: usize, depth: f32| maps.code().decode(texel, maps.texel(texel), depth);
-        if let Some(banding) = port::banding(&grid, along) {
+        if let Some(banding) = port::banding(&self.grid, along) {
             checked.errors.insert("banding".into(), banding);
         }
         let values = u64::from(self.plan.steps.values());
@@ -132,13 +117,13 @@ impl Subject for SearchSubject<'_, '_> {
                 self.scored
             ));
         }
-        checked.counters = port::counters(&grid, &self.plan.settings, maps);
+        checked.counters = port::counters(&self.grid, &self.plan.settings, maps);
         let lambda = self.search.texture().lambda(0);
         let layers = match &self.plan.settings.code {
             Code::Layered(layered) => u64::from(layered.layers),
             _ => 0,
         };
-        let scored_bytes = 4 * layers * u64::from(self.resolution).pow(2);
+        let scored_bytes = 4 * layers * u64::from(self.grid.resolution).pow(2);
         for (name, value) in [
             ("search_frames", self.scored),
             ("map_sets", self.map_sets),

@@ -3,8 +3,8 @@
 
 use super::{
     case::TranslucentCase,
-    port, settings,
-    subject_gpu::{MOST_CHECKED, check_raster, refused},
+    port::{self, Grid},
+    subject_gpu::{check_raster, refused},
     subject_search::{self, SETTLED},
 };
 use crate::{
@@ -13,27 +13,20 @@ use crate::{
 };
 use dapple_gpu::Gpu;
 use dapple_opacity_maps::{
-    Code, Format, Fragments, Model, Receiver,
-    exact::Exact,
+    Code, Format, Fragments,
     gpu::{self, SearchRenderer},
     reference::Reference,
     search::{Plan, Search, SplitTexture, criteria::is_better, with_lambda},
     taps::{self, MOST, Tap},
 };
 use rayon::prelude::*;
-use std::rc::Rc;
 
 /// The renderer with what it is judged by.
 pub struct GpuSearchSubject<'a, 'g> {
     case: &'a TranslucentCase<'g>,
     gpu: &'g Gpu,
     plan: Plan,
-    model: Model,
-    crop: bool,
-    fragments: Rc<Fragments>,
-    own: Rc<Exact>,
-    law: Rc<Exact>,
-    receivers: Rc<Vec<Receiver>>,
+    grid: Grid,
     renderer: SearchRenderer,
     scored: u64,
     drawn: u64,
@@ -50,29 +43,12 @@ impl<'a, 'g> GpuSearchSubject<'a, 'g> {
         gpu: &'g Gpu,
         setting: &Setting,
     ) -> Result<Self, SuiteError> {
-        let (resolution, crop) = (settings::resolution(setting)?, settings::crop(setting)?);
-        let model = settings::model(setting)?;
-        let own = case.exact(crop, resolution, model)?;
-        let settings = settings::settings(setting, || Ok(own.deepest_span()))?;
+        let (grid, settings) = Grid::asked(case, setting)?;
         let plan = subject_search::plan(setting, settings)?;
-        let receivers = case.receivers(crop);
-        let (mesh, size) = (case.light_mesh(crop), [resolution, resolution]);
-        let renderer =
-            SearchRenderer::new(gpu, &mesh, model, &receivers, size, &plan).map_err(refused)?;
-        Ok(Self {
-            case,
-            gpu,
-            model,
-            crop,
-            fragments: case.fragments(crop, resolution, model)?,
-            law: case.exact(crop, resolution, case.law())?,
-            own,
-            receivers,
-            renderer,
-            plan,
-            scored: 0,
-            drawn: 0,
-        })
+        let (mesh, size) = (case.light_mesh(grid.crop), [grid.resolution; 2]);
+        let renderer = SearchRenderer::new(gpu, &mesh, grid.model, &grid.receivers, size, &plan)
+            .map_err(refused)?;
+        Ok(Self { case, gpu, grid, renderer, plan, scored: 0, drawn: 0 })
     }
 
     /// Holds scores to the processor's on the same fragments, and what is adopted to the scores.
@@ -148,7 +124,7 @@ impl<'a, 'g> GpuSearchSubject<'a, 'g> {
         let settings = &self.plan.settings;
         let (width, height) = (rasterised.width, rasterised.height);
         let split = |i: &usize| -> Option<f32> {
-            let receiver = &self.receivers[*i];
+            let receiver = &self.grid.receivers[*i];
             if !receiver.in_map() {
                 return lambdas.first().copied();
             }
@@ -158,7 +134,7 @@ impl<'a, 'g> GpuSearchSubject<'a, 'g> {
             let first = of_taps.next()?;
             of_taps.all(|lambda| lambda == first).then_some(first)
         };
-        let subset = self.case.subset(MOST_CHECKED);
+        let subset = self.case.subset(port::MOST_CHECKED);
         let splits: Vec<Option<f32>> = subset.iter().map(split).collect();
         let (mut got, mut allowed) = (Vec::new(), Vec::new());
         for step in 0..self.plan.steps.values() {
@@ -174,7 +150,7 @@ impl<'a, 'g> GpuSearchSubject<'a, 'g> {
             }
             let settings = with_lambda(settings, lambda)?;
             let reference = Reference::new(&settings, rasterised)?;
-            let receivers = &self.receivers[..];
+            let receivers = &self.grid.receivers[..];
             let one = |i: &usize| reference.interval(&receivers[*i]);
             allowed.extend(of_step.par_iter().map(one).collect::<Vec<_>>());
             got.extend(of_step.iter().map(|i| result[*i]));
@@ -184,7 +160,7 @@ impl<'a, 'g> GpuSearchSubject<'a, 'g> {
     }
 
     fn texture(&self) -> Result<SplitTexture, SuiteError> {
-        let (width, height) = (self.fragments.width, self.fragments.height);
+        let (width, height) = (self.grid.fragments.width, self.grid.fragments.height);
         Ok(SplitTexture::new(width, height, self.plan.tile, self.plan.steps)?)
     }
 }
@@ -228,17 +204,11 @@ impl Subject for GpuSearchSubject<'_, '_> {
         let result = self.renderer.read(self.gpu).map_err(refused)?;
         let lambdas = self.renderer.read_lambdas(self.gpu).map_err(refused)?;
         let mut checked = Checked::default();
-        let grid = port::Grid {
-            fragments: &self.fragments,
-            own: &self.own,
-            law: &self.law,
-            receivers: &self.receivers,
-        };
-        port::measure(self.case, &grid, &self.plan.settings, &result, &mut checked)?;
-        let size = [self.fragments.width, self.fragments.height];
-        let mesh = self.case.light_mesh(self.crop);
-        let rasterised = gpu::fragments(self.gpu, &mesh, self.model, size).map_err(refused)?;
-        check_raster(&self.fragments, &rasterised, &mut checked);
+        port::measure(self.case, &self.grid, &self.plan.settings, &result, &mut checked)?;
+        let size = [self.grid.fragments.width, self.grid.fragments.height];
+        let mesh = self.case.light_mesh(self.grid.crop);
+        let rasterised = gpu::fragments(self.gpu, &mesh, self.grid.model, size).map_err(refused)?;
+        check_raster(&self.grid.fragments, &rasterised, &mut checked);
         self.check_search(&rasterised, &lambdas, &mut checked)?;
         self.check_receivers(&rasterised, &lambdas, &result, &mut checked)?;
         let values = u64::from(self.plan.steps.values());

@@ -8,10 +8,7 @@ mod layered;
 mod maps;
 mod ports;
 
-use crate::{
-    SuiteError,
-    verify::{Gate, GateContext, Tally},
-};
+use crate::verify::{About, Gate, gate};
 
 /// Every gate of the problem.
 pub fn all() -> Vec<Gate> {
@@ -22,30 +19,6 @@ pub fn all() -> Vec<Gate> {
     gates.extend(layered::gates());
     gates.extend(ports::gates());
     gates
-}
-
-/// What a gate says about itself.
-struct About {
-    technique: &'static str,
-    name: &'static str,
-    statement: &'static str,
-    fault: &'static str,
-}
-
-/// A gate from one check that can be run with its fault.
-fn gate(
-    about: About,
-    check: impl Fn(&GateContext<'_>, bool) -> Result<Tally, SuiteError> + Copy + Send + Sync + 'static,
-) -> Gate {
-    Gate {
-        technique: about.technique.into(),
-        name: about.name.into(),
-        statement: about.statement,
-        needs_gpu: false,
-        run: Box::new(move |context| check(context, false)),
-        fault: about.fault,
-        control: Box::new(move |context| check(context, true)),
-    }
 }
 
 #[cfg(test)]

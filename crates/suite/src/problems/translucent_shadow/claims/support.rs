@@ -114,6 +114,11 @@ impl Still {
         self.case.exact(true, method.resolution, method.model)
     }
 
+    /// A method's grid with all it is judged by.
+    fn grid(&self, method: &Method) -> Result<port::Grid, SuiteError> {
+        port::Grid::of(&self.case, true, method.resolution, method.model)
+    }
+
     /// The receivers in the map's coordinates.
     pub fn receivers(&self) -> Rc<Vec<Receiver>> {
         self.case.receivers(true)
@@ -156,11 +161,8 @@ impl Still {
     /// # Errors
     /// As [`Still::fragments`].
     pub fn deep(&self, method: &Method) -> Result<Vec<f32>, SuiteError> {
-        let (fragments, own) = (self.fragments(method)?, self.exact(method)?);
-        let receivers = self.receivers();
-        let grid =
-            port::Grid { fragments: &fragments, own: &own, law: &own, receivers: &receivers };
-        Ok(port::deep(&grid, &own, &method.settings))
+        let grid = self.grid(method)?;
+        Ok(port::deep(&grid, &grid.own, &method.settings))
     }
 
     /// The method's error against the deep shadow map of the same texels alone.
@@ -231,11 +233,7 @@ impl Still {
         maps: &Maps,
         result: &[f32],
     ) -> Result<Score, SuiteError> {
-        let (fragments, own) = (self.fragments(method)?, self.exact(method)?);
-        let law = self.case.exact(true, method.resolution, self.case.law())?;
-        let receivers = self.receivers();
-        let grid =
-            port::Grid { fragments: &fragments, own: &own, law: &law, receivers: &receivers };
+        let grid = self.grid(method)?;
         let mut checked = crate::problem::Checked::default();
         port::measure(&self.case, &grid, &method.settings, result, &mut checked)?;
         if let Some(violation) = checked.violations.first() {
@@ -247,7 +245,7 @@ impl Still {
             let words = maps.texel(texel);
             &words[words.len() - layers..]
         };
-        let idle = if layers > 0 { port::idle_layers(&fragments, layers, sums) } else { None };
+        let idle = if layers > 0 { port::idle_layers(&grid.fragments, layers, sums) } else { None };
         let error = |name: &str| checked.errors.get(name).copied().unwrap_or(0.0);
         Ok(Score {
             rmse: error("rmse"),

@@ -21,10 +21,7 @@ mod staircases;
 mod taps;
 mod truth;
 
-use crate::{
-    SuiteError,
-    verify::{Gate, GateContext, Tally},
-};
+use crate::verify::{About, Gate, gate};
 
 /// Every gate of the problem.
 pub fn all() -> Vec<Gate> {
@@ -53,32 +50,8 @@ pub fn all() -> Vec<Gate> {
     .collect()
 }
 
-/// What a gate says about itself.
-struct About {
-    technique: &'static str,
-    name: &'static str,
-    statement: &'static str,
-    fault: &'static str,
-}
-
 /// What all techniques share.
 const ALL: &str = "-";
-
-/// A gate from one check that can be run with its fault.
-fn gate(
-    about: About,
-    check: impl Fn(&GateContext<'_>, bool) -> Result<Tally, SuiteError> + Copy + Send + Sync + 'static,
-) -> Gate {
-    Gate {
-        technique: about.technique.into(),
-        name: about.name.into(),
-        statement: about.statement,
-        needs_gpu: false,
-        run: Box::new(move |context| check(context, false)),
-        fault: about.fault,
-        control: Box::new(move |context| check(context, true)),
-    }
-}
 
 #[cfg(test)]
 mod tests {
