@@ -3,6 +3,7 @@
 //! Conventions (`docs/conventions.md`): right-handed, y up, metres; geometry is stored in `f32`
 //! relative to its mesh, placed in the world by an `f64` affine transform; colours are linear RGB.
 
+pub mod city;
 mod crop;
 mod defaults;
 mod error;
@@ -13,6 +14,7 @@ pub mod import;
 pub mod inspect;
 mod light_view;
 pub mod orbit;
+mod path;
 pub mod strands;
 mod types;
 mod validate;

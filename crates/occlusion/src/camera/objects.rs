@@ -1,0 +1,175 @@
+//! What may be drawn: templates, and objects that place them.
+
+use crate::OcclusionError;
+use dapple_scene::Scene;
+use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
+
+/// Everything that may be drawn.
+#[derive(Clone, Debug, Default)]
+pub struct Objects {
+    /// World-space point that all f32 coordinates are relative to.
+    pub origin: DVec3,
+    /// Triangles, shared by the objects that place them.
+    pub templates: Vec<Template>,
+    /// The units of culling.
+    pub objects: Vec<Object>,
+    /// Which texels of an alpha-tested texture are there.
+    pub masks: Vec<Mask>,
+}
+
+/// Indexed triangles in a space of their own.
+#[derive(Clone, Debug, Default)]
+pub struct Template {
+    /// Corners.
+    pub positions: Vec<Vec3>,
+    /// Texture coordinates, one a corner where there is a mask; else empty.
+    pub uvs: Vec<Vec2>,
+    /// Indices of corners; both sides are seen.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into [`Objects::masks`]. Objects of such a template never occlude.
+    pub mask: Option<u32>,
+    /// Diffuse reflectance, linear RGB.
+    pub albedo: Vec3,
+}
+
+/// One placement of a template.
+#[derive(Clone, Copy, Debug)]
+pub struct Object {
+    /// Index into [`Objects::templates`].
+    pub template: u32,
+    /// Template space to local space: linear part.
+    pub linear: Mat3,
+    /// Template space to local space: translation.
+    pub translation: Vec3,
+    /// Holds the placed triangles, rounded outwards.
+    pub bounds: Bounds,
+}
+
+/// A texture's texels that pass its alpha test, one bit each, nearest sampling, repeating.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mask {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Bit `i` of the words is texel `i`, rows top to bottom.
+    pub words: Vec<u32>,
+}
+
+/// An axis-aligned box in local space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lower corner.
+    pub min: Vec3,
+    /// Upper corner.
+    pub max: Vec3,
+}
+
+impl Bounds {
+    /// The box of nothing.
+    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+
+    /// The smallest box that holds both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Area of the six faces, 0 for the box of nothing.
+    pub fn surface_area(&self) -> f32 {
+        let d = (self.max - self.min).max(Vec3::ZERO);
+        2.0 * (d.x * d.y + d.y * d.z + d.z * d.x)
+    }
+
+    /// Whether `p` is inside or on the border.
+    pub fn contains(&self, p: Vec3) -> bool {
+        p.cmpge(self.min).all() && p.cmple(self.max).all()
+    }
+
+    /// Middle of the box.
+    pub fn centre(&self) -> Vec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// The eight corners; bit 0 of the index is x, bit 1 y, bit 2 z.
+    pub fn corners(&self) -> [Vec3; 8] {
+        std::array::from_fn(|i| {
+            let pick = |bit: usize, lo: f32, hi: f32| if i >> bit & 1 == 0 { lo } else { hi };
+            Vec3::new(
+                pick(0, self.min.x, self.max.x),
+                pick(1, self.min.y, self.max.y),
+                pick(2, self.min.z, self.max.z),
+            )
+        })
+    }
+}
+
+impl Mask {
+    /// Whether the texel nearest to `uv` is there.
+    pub fn at(&self, uv: Vec2) -> bool {
+        let wrap = |t: f32, n: u32| (((t - t.floor()) * n as f32) as u32).min(n - 1);
+        let texel = wrap(uv.y, self.height) * self.width + wrap(uv.x, self.width);
+        self.words[(texel / 32) as usize] >> (texel % 32) & 1 == 1
+    }
+}
+
+impl Objects {
+    /// One object an instance; instances of more than `most` triangles are cut into clusters of at
+    /// most so many, halved at the median of the longest side of their centres. Also gives the
+    /// object of every placed triangle, in the order of `Scene::world_triangles`, and its index
+    /// within that object.
+    ///
+    /// # Errors
+    /// A scene of no triangles, or `most` of 0.
+    pub fn from_scene(scene: &Scene, most: u32) -> Result<(Self, Vec<[u32; 2]>), OcclusionError> {
+        let _ = (scene, most);
+        Err(OcclusionError::value("objects", "not yet"))
+    }
+
+    /// Triangles of object `index`, local space.
+    pub fn triangles(&self, index: u32) -> impl Iterator<Item = [Vec3; 3]> + '_ {
+        let object = &self.objects[index as usize];
+        let template = &self.templates[object.template as usize];
+        template
+            .triangles
+            .iter()
+            .map(move |t| t.map(|c| object.place(template.positions[c as usize])))
+    }
+
+    /// Number of triangles of object `index`.
+    pub fn triangle_count(&self, index: u32) -> u32 {
+        let object = &self.objects[index as usize];
+        self.templates[object.template as usize].triangles.len() as u32
+    }
+
+    /// Whether object `index` may hide others.
+    pub fn occludes(&self, index: u32) -> bool {
+        let object = &self.objects[index as usize];
+        self.templates[object.template as usize].mask.is_none()
+    }
+
+    /// Bytes that the objects, templates and masks take.
+    pub fn bytes(&self) -> u64 {
+        let template = |t: &Template| {
+            (size_of_val(&t.positions[..])
+                + size_of_val(&t.uvs[..])
+                + size_of_val(&t.triangles[..])) as u64
+        };
+        size_of_val(&self.objects[..]) as u64
+            + self.templates.iter().map(template).sum::<u64>()
+            + self.masks.iter().map(|m| size_of_val(&m.words[..]) as u64).sum::<u64>()
+    }
+}
+
+impl Object {
+    /// A point of the template in local space. All forms compute it in this order.
+    pub fn place(&self, p: Vec3) -> Vec3 {
+        self.linear * p + self.translation
+    }
+
+    /// The placement of a scene's instance relative to `origin`.
+    pub fn placement(transform: &DAffine3, origin: DVec3) -> (Mat3, Vec3) {
+        let linear: DMat3 = transform.matrix3;
+        (linear.as_mat3(), (transform.translation - origin).as_vec3())
+    }
+}

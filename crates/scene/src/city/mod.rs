@@ -1,0 +1,18 @@
+//! Cities: buildings with facades, storeys and lit windows, street lamps, trees, streets.
+//!
+//! A city is plain data, made by the seeded generator or read from CityJSON or OpenStreetMap.
+//! Coordinates are those of scenes: metres, y up, right-handed; a footprint is a polygon of the
+//! plane (x, z). Buildings of real cities are not axis-aligned, so a building carries its
+//! footprint, an *outer* box that holds it (what may be culled with it) and *inner* boxes that lie
+//! within it (what it may hide).
+
+mod error;
+mod scene;
+mod types;
+
+pub use error::CityError;
+pub use scene::{CityScene, Part};
+pub use types::{
+    Building, City, Facade, Footprint, Ground, GroundKind, OrientedBox, StreetLamp, Tree,
+    WindowLight,
+};
