@@ -4,6 +4,7 @@
 //! in that *local* space unless said otherwise. Depth is reversed: `near / distance`, 1 at the near
 //! plane, 0 at infinity, greater is nearer.
 
+pub mod hierarchical_depth;
 pub mod objects;
 pub mod renderer;
 pub mod tree;
