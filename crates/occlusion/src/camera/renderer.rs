@@ -77,6 +77,10 @@ pub struct Work {
     pub draws: u64,
     /// Triangles of the objects drawn.
     pub triangles: u64,
+    /// Texels of hierarchical depth written.
+    pub pyramid_texels: u64,
+    /// Compute dispatches that cull.
+    pub dispatches: u64,
 }
 
 impl std::ops::AddAssign for Work {
@@ -89,6 +93,8 @@ impl std::ops::AddAssign for Work {
         self.wasted += other.wasted;
         self.draws += other.draws;
         self.triangles += other.triangles;
+        self.pyramid_texels += other.pyramid_texels;
+        self.dispatches += other.dispatches;
     }
 }
 
