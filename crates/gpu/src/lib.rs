@@ -23,6 +23,7 @@
 //! ```
 
 mod adapter;
+pub mod bindings;
 mod buffer;
 mod copy_rate;
 mod device;

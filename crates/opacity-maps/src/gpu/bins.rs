@@ -3,12 +3,12 @@
 
 use super::{
     OpacityGpuError,
-    bindings::{Slot, bind, layout, whole},
     layers::Inputs,
     raster::Raster,
     stage::{Pipelines, Stage},
 };
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::bindings::{Slot, bind, layout, whole};
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
 
 /// Mirrors `PrefixParams` of `opacity-maps/prefix.wgsl`.

@@ -5,7 +5,6 @@
 
 use super::{
     OpacityGpuError,
-    bindings::{Slot, bind, layout, whole},
     join::Join,
     raster::Raster,
     stage::{Pipelines, Stage, depth_state, depth_texture},
@@ -13,6 +12,7 @@ use super::{
 };
 use crate::EndMap;
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::bindings::{Slot, bind, layout, whole};
 use dapple_gpu::{Frame, Gpu, GpuError, Targets, wgpu};
 
 /// Mirrors `BoundsParams` of `opacity-maps/bounds.wgsl`.

@@ -7,13 +7,13 @@
 
 use super::{
     OpacityGpuError,
-    bindings::{Slot, bind, layout, whole},
     bounds::{Bounds, Ends},
     raster::Raster,
     stage::Stage,
 };
 use crate::{EndMap, Fragment, Fragments, Model, NO_OPAQUE, Opaque};
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::bindings::{Slot, bind, layout, whole};
 use dapple_gpu::{Frame, Gpu, light_space::LightSpaceMesh, wgpu};
 
 /// Mirrors `ListParams` of `opacity-maps/fragments.wgsl`.

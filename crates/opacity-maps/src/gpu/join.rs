@@ -1,7 +1,7 @@
 //! The pass that brings what routes to the bounds leave into one form.
 
-use super::bindings::whole;
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::bindings::whole;
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
 
 /// Mirrors `JoinParams` of `opacity-maps/join_bounds.wgsl`.

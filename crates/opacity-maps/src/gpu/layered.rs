@@ -6,7 +6,6 @@
 
 use super::{
     OpacityGpuError,
-    bindings::{Slot, bind, layout, whole},
     bins::Bins,
     bounds::{self, Bounds, Ends},
     fragments,
@@ -19,6 +18,7 @@ use super::{
 use crate::{
     Blend, Blur, Format, Layered, Layout, Lookup, Opaque, Packing, Settings, Slicing, Storage,
 };
+use dapple_gpu::bindings::{Slot, bind, layout, whole};
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
 use std::sync::Arc;
 

@@ -5,7 +5,6 @@
 //! "opacity", ...), and "shade". Everything is made in [`Renderer::new`]; the port is checked on
 //! the [`fragments`] that this very device rasterises.
 
-mod bindings;
 mod bins;
 mod bounds;
 mod error;

@@ -2,12 +2,12 @@
 
 use super::{
     OpacityGpuError,
-    bindings::{bind, layout},
     raster::Raster,
     shade::Decoder,
     stage::{Pipelines, Stage, depth_state, depth_texture},
     technique::Cost,
 };
+use dapple_gpu::bindings::{bind, layout};
 use dapple_gpu::{Frame, Gpu, GpuError, Targets, wgpu};
 
 /// The nearest depth of each texel.

@@ -6,11 +6,11 @@
 
 use super::{
     OpacityGpuError,
-    bindings::{Slot, bind, layout, whole},
     stage::{COVER, Pipelines, Stage, depth_state, depth_texture, pipeline},
 };
 use crate::{Model, OpacityError, Opaque};
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::bindings::{Slot, bind, layout, whole};
 use dapple_gpu::light_space::{LightSpaceMesh, TriangleGroup};
 use dapple_gpu::{Frame, Gpu, GpuError, Targets, wgpu};
 

@@ -6,7 +6,6 @@
 
 use super::{
     OpacityGpuError,
-    bindings::{bind, whole},
     layered::{LayeredMaps, Maps, no_form, scale},
     raster::Raster,
     tiled::Tiles,
@@ -16,6 +15,7 @@ use crate::{
     search::{Precision, Scoring, Steps},
 };
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::bindings::{bind, whole};
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
 
 /// Texels of a part: 64 lanes of 16.

@@ -3,7 +3,6 @@
 
 use super::{
     OpacityGpuError,
-    bindings::{Slot, bind, layout, whole},
     bounds::{self, Bounds, Ends},
     raster::Raster,
     shade::Decoder,
@@ -12,6 +11,7 @@ use super::{
 };
 use crate::{Blur, EndMap, Fourier, Moments, Opaque, moments};
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::bindings::{Slot, bind, layout, whole};
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
 
 /// Mirrors `SeriesParams` of `common/opacity_series.wgsl`.

@@ -1,11 +1,9 @@
 //! The pass that shades: one receiver an invocation, whatever the technique.
 
-use super::{
-    OpacityGpuError,
-    bindings::{bind, whole},
-};
+use super::OpacityGpuError;
 use crate::{Blur, Opaque, Receiver, Settings, Taps};
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::bindings::{bind, whole};
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
 
 /// Mirrors `ShadeParams` of `common/opacity_taps.wgsl`.

@@ -2,7 +2,6 @@
 
 use super::{
     OpacityGpuError,
-    bindings::{Slot, bind, layout, whole},
     raster::Raster,
     shade::Decoder,
     stage::{Pipelines, Stage},
@@ -10,6 +9,7 @@ use super::{
 };
 use crate::{Stochastic, taps::hash};
 use bytemuck::{Pod, Zeroable};
+use dapple_gpu::bindings::{Slot, bind, layout, whole};
 use dapple_gpu::{Frame, Gpu, GpuError, wgpu};
 
 /// Mirrors `SurvivorParams` of `opacity-maps/survivors.wgsl`.

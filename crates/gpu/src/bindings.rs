@@ -1,10 +1,10 @@
-//! Layouts and groups of bindings.
+//! Layouts and groups of bindings that several pipelines share.
 
-use dapple_gpu::{Gpu, wgpu};
+use crate::Gpu;
 
 /// What a binding of a pass is.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Slot {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
     /// A uniform buffer.
     Uniform,
     /// A storage buffer that is only read.
@@ -17,8 +17,12 @@ pub(super) enum Slot {
     Floats,
 }
 
-/// A layout of bindings 0.. for fragment shaders.
-pub(super) fn layout(gpu: &Gpu, label: &str, slots: &[Slot]) -> wgpu::BindGroupLayout {
+/// A layout of bindings 0.., each seen by its `stages`.
+pub fn layout_of(
+    gpu: &Gpu,
+    label: &str,
+    slots: &[(wgpu::ShaderStages, Slot)],
+) -> wgpu::BindGroupLayout {
     let buffer =
         |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let texture = |sample_type| wgpu::BindingType::Texture {
@@ -28,9 +32,9 @@ pub(super) fn layout(gpu: &Gpu, label: &str, slots: &[Slot]) -> wgpu::BindGroupL
     };
     let entries: Vec<_> = (0..)
         .zip(slots)
-        .map(|(binding, slot)| wgpu::BindGroupLayoutEntry {
+        .map(|(binding, (stages, slot))| wgpu::BindGroupLayoutEntry {
             binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
+            visibility: *stages,
             ty: match slot {
                 Slot::Uniform => buffer(wgpu::BufferBindingType::Uniform),
                 Slot::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
@@ -47,8 +51,14 @@ pub(super) fn layout(gpu: &Gpu, label: &str, slots: &[Slot]) -> wgpu::BindGroupL
     })
 }
 
+/// A layout of bindings 0.. for fragment shaders.
+pub fn layout(gpu: &Gpu, label: &str, slots: &[Slot]) -> wgpu::BindGroupLayout {
+    let slots: Vec<_> = slots.iter().map(|slot| (wgpu::ShaderStages::FRAGMENT, *slot)).collect();
+    layout_of(gpu, label, &slots)
+}
+
 /// A bind group, binding i = the i-th resource.
-pub(super) fn bind(
+pub fn bind(
     gpu: &Gpu,
     layout: &wgpu::BindGroupLayout,
     resources: &[wgpu::BindingResource<'_>],
@@ -65,7 +75,7 @@ pub(super) fn bind(
 }
 
 /// A buffer bound whole, its size spelled out (see [`Gpu::bind`]).
-pub(super) fn whole(buffer: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
+pub fn whole(buffer: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
     wgpu::BindingResource::Buffer(wgpu::BufferBinding {
         buffer,
         offset: 0,
