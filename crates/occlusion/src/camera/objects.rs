@@ -1,8 +1,13 @@
 //! What may be drawn: templates, and objects that place them.
 
-use crate::OcclusionError;
-use dapple_scene::Scene;
-use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
+mod build;
+mod clusters;
+#[cfg(test)]
+mod tests;
+
+use glam::{DVec3, Mat3, Vec2, Vec3};
+
+pub use build::NOT_DRAWN;
 
 /// Everything that may be drawn.
 #[derive(Clone, Debug, Default)]
@@ -75,6 +80,24 @@ impl Bounds {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// Whether it is the box of nothing.
+    pub fn is_empty(&self) -> bool {
+        self.min.cmpgt(self.max).any()
+    }
+
+    /// The box with all sides moved out by `margin` metres, rounded outwards.
+    #[must_use]
+    pub fn grown(&self, margin: f64) -> Self {
+        Self::around(self.min.as_dvec3() - margin, self.max.as_dvec3() + margin)
+    }
+
+    /// The smallest box in f32 that holds the one from `min` to `max`.
+    pub fn around(min: DVec3, max: DVec3) -> Self {
+        let low = min.to_array().map(round_down);
+        let high = max.to_array().map(round_up);
+        Self { min: Vec3::from_array(low), max: Vec3::from_array(high) }
+    }
+
     /// Area of the six faces, 0 for the box of nothing.
     pub fn surface_area(&self) -> f32 {
         let d = (self.max - self.min).max(Vec3::ZERO);
@@ -104,6 +127,18 @@ impl Bounds {
     }
 }
 
+/// The greatest f32 that is not above `x`.
+pub(crate) fn round_down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+}
+
+/// The least f32 that is not below `x`.
+pub(crate) fn round_up(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
+}
+
 impl Mask {
     /// Whether the texel nearest to `uv` is there.
     pub fn at(&self, uv: Vec2) -> bool {
@@ -114,18 +149,6 @@ impl Mask {
 }
 
 impl Objects {
-    /// One object an instance; instances of more than `most` triangles are cut into clusters of at
-    /// most so many, halved at the median of the longest side of their centres. Also gives the
-    /// object of every placed triangle, in the order of `Scene::world_triangles`, and its index
-    /// within that object.
-    ///
-    /// # Errors
-    /// A scene of no triangles, or `most` of 0.
-    pub fn from_scene(scene: &Scene, most: u32) -> Result<(Self, Vec<[u32; 2]>), OcclusionError> {
-        let _ = (scene, most);
-        Err(OcclusionError::value("objects", "not yet"))
-    }
-
     /// Triangles of object `index`, local space.
     pub fn triangles(&self, index: u32) -> impl Iterator<Item = [Vec3; 3]> + '_ {
         let object = &self.objects[index as usize];
@@ -165,11 +188,5 @@ impl Object {
     /// A point of the template in local space. All forms compute it in this order.
     pub fn place(&self, p: Vec3) -> Vec3 {
         self.linear * p + self.translation
-    }
-
-    /// The placement of a scene's instance relative to `origin`.
-    pub fn placement(transform: &DAffine3, origin: DVec3) -> (Mat3, Vec3) {
-        let linear: DMat3 = transform.matrix3;
-        (linear.as_mat3(), (transform.translation - origin).as_vec3())
     }
 }
