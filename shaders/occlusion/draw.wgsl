@@ -31,7 +31,7 @@ fn normal_at(object: u32, packed: u32, p: vec3<f32>) -> vec3<f32> {
     let y = column(object, 3u);
     let z = column(object, 6u);
     let local = normalize(cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z);
-    let away = select(view.forward, from_eye(p), view.perspective > 0.5);
+    let away = select(p - view.eye, view.forward, view.parallel == 1u);
     return select(local, -local, dot(local, away) > 0.0);
 }
 
