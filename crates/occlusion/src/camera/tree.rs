@@ -1,8 +1,16 @@
 //! The hierarchy over objects.
 
+mod bottom_up;
+mod keys;
+mod statistics;
+#[cfg(test)]
+mod tests;
+
 use super::{Bounds, Objects};
 use crate::OcclusionError;
 use std::ops::Range;
+
+pub use statistics::Statistics;
 
 /// A hierarchy of bounding boxes. The root is node 0 (none for no objects).
 #[derive(Clone, Debug, Default)]
@@ -27,28 +35,6 @@ pub struct Node {
 }
 
 impl Tree {
-    /// Bottom-up: the pair of the smallest common surface area is joined first, within a
-    /// neighbourhood (locally ordered) where there are more than a few thousand. Binary; leaves of
-    /// one object.
-    ///
-    /// # Errors
-    /// More objects than 2^31.
-    pub fn bottom_up(objects: &Objects) -> Result<Self, OcclusionError> {
-        let _ = objects;
-        Err(OcclusionError::value("tree", "not yet"))
-    }
-
-    /// By a given hierarchy: objects with equal leading keys share a node at that level; levels of
-    /// a single child are left out. Leaves of one object. `keys` has one path an object, of any
-    /// length.
-    ///
-    /// # Errors
-    /// Another number of keys than objects.
-    pub fn by_keys(objects: &Objects, keys: &[Vec<u32>]) -> Result<Self, OcclusionError> {
-        let _ = (objects, keys);
-        Err(OcclusionError::value("tree", "not yet"))
-    }
-
     /// Whether node `index` has no children.
     pub fn is_leaf(&self, index: u32) -> bool {
         self.nodes[index as usize].children.is_empty()
@@ -59,4 +45,43 @@ impl Tree {
         let range = &self.nodes[index as usize].objects;
         &self.objects[range.start as usize..range.end as usize]
     }
+
+    /// Sets the bounds of every node from the objects', deepest first: nodes whose bounds were not
+    /// known when they were made.
+    fn fit(&mut self, objects: &Objects) {
+        for index in (0..self.nodes.len()).rev() {
+            let node = &self.nodes[index];
+            let bounds = if node.children.is_empty() {
+                let below = &self.objects[node.objects.start as usize..node.objects.end as usize];
+                below
+                    .iter()
+                    .fold(Bounds::EMPTY, |all, &o| all.union(objects.objects[o as usize].bounds))
+            } else {
+                let below = &self.nodes[node.children.start as usize..node.children.end as usize];
+                below.iter().fold(Bounds::EMPTY, |all, child| all.union(child.bounds))
+            };
+            self.nodes[index].bounds = bounds;
+        }
+    }
+
+    fn node(parent: u32, objects: Range<u32>) -> Node {
+        Node { bounds: Bounds::EMPTY, parent, children: 0..0, objects }
+    }
+}
+
+/// Objects whose boxes a tree can be made of.
+fn check(objects: &Objects) -> Result<(), OcclusionError> {
+    const MOST: usize = 1 << 31;
+    let count = objects.objects.len();
+    if count > MOST {
+        let limit = format!("{count} objects, at most {MOST} are allowed");
+        return Err(OcclusionError::value("tree", limit));
+    }
+    let bad = |b: &Bounds| !(b.min.is_finite() && b.max.is_finite() && b.min.cmple(b.max).all());
+    if let Some(index) = objects.objects.iter().position(|o| bad(&o.bounds)) {
+        let Bounds { min, max } = objects.objects[index].bounds;
+        let limit = format!("bounds {min} to {max} must be finite and in order");
+        return Err(OcclusionError::value(format!("object {index}"), limit));
+    }
+    Ok(())
 }

@@ -312,10 +312,10 @@ fn place(
         object.bounds = object.bounds.union(Bounds::around(low - slack, high + slack));
     }
     let Bounds { min, max } = object.bounds;
-    let far = min.abs().max(max.abs()).max_element();
-    // A NaN is refused too.
-    let fits = f64::from(far) <= MAX_LOCAL_M && linear.is_finite() && translation.is_finite();
-    (fits && low.is_finite() == !positions.is_empty()).then_some(object)
+    let far = f64::from(min.abs().max(max.abs()).max_element());
+    let finite =
+        linear.is_finite() && translation.is_finite() && min.is_finite() && max.is_finite();
+    (finite && far <= MAX_LOCAL_M).then_some(object)
 }
 
 /// Object and index within it of every placed triangle.

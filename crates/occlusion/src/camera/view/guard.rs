@@ -84,8 +84,7 @@ impl View {
         }
         let grown = self.guarded(bounds);
         let nearest = self.distance(&grown);
-        // A NaN counts as near.
-        if !(nearest > self.near_distance()) {
+        if nearest.is_nan() || nearest <= self.near_distance() {
             return None;
         }
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
