@@ -1,0 +1,129 @@
+//! The buffer computed for the instruction set at hand: loops over eight lanes that compilers turn
+//! into vectors, compiled once for each level of x86-64 and chosen when first called.
+//!
+//! A lane is a scanline of a tile while coverage is found, 32 pixels of one word; the words' bytes
+//! are then dealt out to the subtiles, and a lane is a subtile.
+
+use super::buffer::{Buffer, Occluder, TILE_HEIGHT, TILE_WIDTH, Tile};
+use super::project::Projection;
+use super::silhouette::each_triangle;
+use super::triangle::Triangle;
+use crate::OcclusionError;
+use multiversion::multiversion;
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2+bmi1+bmi2+lzcnt+popcnt",
+    "x86_64+avx2+bmi1+bmi2+lzcnt+popcnt",
+    "x86_64+sse4.1+ssse3+popcnt",
+))]
+pub(super) fn rasterise(
+    buffer: &mut Buffer,
+    occluder: &Occluder,
+    projection: &Projection,
+) -> Result<(), OcclusionError> {
+    let tiles_x = buffer.tiles_x;
+    let tiles = &mut buffer.tiles;
+    each_triangle(
+        occluder,
+        projection,
+        [buffer.width as i32, buffer.height as i32],
+        &mut buffer.vertices,
+        &mut buffer.silhouette,
+        #[inline(always)]
+        |triangle| draw(triangle, tiles, tiles_x),
+    )
+}
+
+/// Added to a small number, it leaves the nearest integer in the low bits.
+const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
+
+#[inline(always)]
+fn draw(triangle: &Triangle, tiles: &mut [Tile], tiles_x: usize) {
+    let [top, bottom] = triangle.rows;
+    for ty in top / TILE_HEIGHT..=(bottom - 1) / TILE_HEIGHT {
+        let y = ty * TILE_HEIGHT;
+        let (begin, end) = spans(triangle, y);
+        let left = begin.iter().fold(i32::MAX, |a, &b| a.min(b));
+        let right = end.iter().fold(0, |a, &b| a.max(b));
+        if left >= right {
+            continue;
+        }
+        let row = &mut tiles[ty as usize * tiles_x..][..tiles_x];
+        for tx in left / TILE_WIDTH..=(right - 1) / TILE_WIDTH {
+            let x = tx * TILE_WIDTH;
+            let corner = triangle.plane.at(x, y);
+            let mask = deal(scanlines(&begin, &end, x));
+            update(&mut row[tx as usize], &mask, corner, triangle);
+        }
+    }
+}
+
+/// The pixels that each scanline from `y` on covers, half-open, within the image; empty ones begin
+/// at the right end and end at 0.
+#[inline(always)]
+fn spans(triangle: &Triangle, y: i32) -> ([i32; 8], [i32; 8]) {
+    let (mut begin, mut end) = ([0; 8], [0; 8]);
+    for lane in 0..8 {
+        let row = y + lane as i32;
+        let [l, r] = triangle.span(f64::from(row));
+        let l = ((l + ROUND).to_bits() as i32).max(triangle.columns[0]);
+        let r = ((r + ROUND).to_bits() as i32).min(triangle.columns[1]);
+        let covered = (row >= triangle.rows[0]) & (row < triangle.rows[1]) & (l < r);
+        begin[lane] = if covered { l } else { triangle.columns[1] };
+        end[lane] = if covered { r } else { 0 };
+    }
+    (begin, end)
+}
+
+/// Bits of the tile at `x`, a word a scanline.
+#[inline(always)]
+fn scanlines(begin: &[i32; 8], end: &[i32; 8], x: i32) -> [u32; 8] {
+    let from = |pixel: i32| {
+        let n = (pixel - x).clamp(0, TILE_WIDTH) as u32;
+        u32::MAX.checked_shl(n).unwrap_or(0)
+    };
+    std::array::from_fn(
+        #[inline(always)]
+        |lane| from(begin[lane]) & !from(end[lane]),
+    )
+}
+
+/// From scanlines of 32 pixels to subtiles of 8 x 4.
+#[inline(always)]
+fn deal(scanlines: [u32; 8]) -> [u32; 8] {
+    let byte = |line: usize, i: usize| scanlines[line] >> (8 * i) & 0xff;
+    std::array::from_fn(
+        #[inline(always)]
+        |i| {
+            let line = 4 * (i / 4);
+            let i = i % 4;
+            byte(line, i)
+                | byte(line + 1, i) << 8
+                | byte(line + 2, i) << 16
+                | byte(line + 3, i) << 24
+        },
+    )
+}
+
+/// [`super::reference`]'s update, all subtiles at once.
+#[inline(always)]
+fn update(tile: &mut Tile, mask: &[u32; 8], corner: f32, triangle: &Triangle) {
+    for i in 0..8 {
+        let depth = corner + triangle.plane.offsets[i];
+        let farthest = triangle.plane.farthest;
+        let depth = if depth > farthest { depth } else { farthest };
+        let (reference, working) = (tile.reference[i], tile.working[i]);
+        let passes = (mask[i] != 0) & (depth > reference);
+        let drops = depth - working > working - reference;
+        let (kept, under) = if drops { (0, f32::INFINITY) } else { (tile.mask[i], working) };
+        let nearer = if under < depth { under } else { depth };
+        let merged = kept | mask[i];
+        let full = merged == u32::MAX;
+        let next = if full { nearer } else { reference };
+        let layer = if full { f32::INFINITY } else { nearer };
+        let bits = if full { 0 } else { merged };
+        tile.reference[i] = if passes { next } else { reference };
+        tile.working[i] = if passes { layer } else { working };
+        tile.mask[i] = if passes { bits } else { tile.mask[i] };
+    }
+}

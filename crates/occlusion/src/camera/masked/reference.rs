@@ -1,0 +1,95 @@
+//! The buffer computed pixel by pixel: coverage by exact edge functions in integers.
+
+use super::buffer::{Buffer, Occluder, TILE_HEIGHT, TILE_WIDTH, Tile};
+use super::project::{Projection, STEPS};
+use super::silhouette::each_triangle;
+use super::triangle::{MOVED, Triangle};
+use crate::OcclusionError;
+
+pub(super) fn rasterise(
+    buffer: &mut Buffer,
+    occluder: &Occluder,
+    projection: &Projection,
+) -> Result<(), OcclusionError> {
+    let tiles_x = buffer.tiles_x;
+    let tiles = &mut buffer.tiles;
+    each_triangle(
+        occluder,
+        projection,
+        [buffer.width as i32, buffer.height as i32],
+        &mut buffer.vertices,
+        &mut buffer.silhouette,
+        |triangle| draw(triangle, tiles, tiles_x),
+    )
+}
+
+fn draw(triangle: &Triangle, tiles: &mut [Tile], tiles_x: usize) {
+    let [top, bottom] = triangle.rows;
+    let [left, right] = triangle.columns;
+    for ty in top / TILE_HEIGHT..=(bottom - 1) / TILE_HEIGHT {
+        for tx in left / TILE_WIDTH..=(right - 1) / TILE_WIDTH {
+            let tile = &mut tiles[ty as usize * tiles_x + tx as usize];
+            let (x, y) = (tx * TILE_WIDTH, ty * TILE_HEIGHT);
+            let corner = triangle.plane.at(x, y);
+            for i in 0..8 {
+                let mask = coverage(triangle, x + 8 * (i as i32 % 4), y + 4 * (i as i32 / 4));
+                let depth = (corner + triangle.plane.offsets[i]).max(triangle.plane.farthest);
+                update(tile, i, mask, depth);
+            }
+        }
+    }
+}
+
+/// The pixels of the subtile at (`left`, `top`) that the triangle covers.
+fn coverage(triangle: &Triangle, left: i32, top: i32) -> u32 {
+    let mut mask = 0;
+    for bit in 0..32 {
+        let (x, y) = (left + bit % 8, top + bit / 8);
+        let inside = (triangle.rows[0]..triangle.rows[1]).contains(&y)
+            && (triangle.columns[0]..triangle.columns[1]).contains(&x);
+        if inside && covers(triangle, x, y) {
+            mask |= 1 << bit;
+        }
+    }
+    mask
+}
+
+/// Whether the centre of a pixel is right of the left edges, or on them, and left of the right
+/// edges. The rows of the triangle take care of flat edges.
+fn covers(triangle: &Triangle, x: i32, y: i32) -> bool {
+    let half = STEPS / 2;
+    let (px, py) = (i64::from(x * STEPS + half), i64::from(y * STEPS + half));
+    (0..3).all(|i| {
+        let (a, b) = (triangle.corners[i], triangle.corners[(i + 1) % 3]);
+        let (dx, dy) = (i64::from(b.x) - i64::from(a.x), i64::from(b.y) - i64::from(a.y));
+        let inset = if triangle.open[i] { i64::from(MOVED) } else { 0 };
+        let aside = (px - i64::from(a.x)) * dy - (py - i64::from(a.y)) * dx;
+        let moved = inset * (dy.abs() + dx.abs());
+        match dy.signum() {
+            // Clockwise: edges go down on the right.
+            1 => aside < -moved,
+            -1 => -aside >= moved,
+            _ => true,
+        }
+    })
+}
+
+/// Adds `mask` at `depth` to a subtile: the heuristic of Hasselgren et al. 2016, section 4.
+fn update(tile: &mut Tile, i: usize, mask: u32, depth: f32) {
+    let (reference, working) = (&mut tile.reference[i], &mut tile.working[i]);
+    if mask == 0 || depth <= *reference {
+        return;
+    }
+    // The working layer is dropped where it lies closer to the reference than to what is new.
+    if depth - *working > *working - *reference {
+        *working = f32::INFINITY;
+        tile.mask[i] = 0;
+    }
+    *working = working.min(depth);
+    tile.mask[i] |= mask;
+    if tile.mask[i] == u32::MAX {
+        *reference = *working;
+        *working = f32::INFINITY;
+        tile.mask[i] = 0;
+    }
+}
