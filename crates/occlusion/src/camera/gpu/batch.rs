@@ -5,6 +5,7 @@ use super::settings::Counting;
 use super::targets::Targets;
 use super::times::Times;
 use crate::OcclusionError;
+use crate::camera::software::check;
 use crate::camera::{Bounds, Query, View};
 use bytemuck::{Pod, Zeroable};
 use dapple_gpu::bindings::{bind, whole};
@@ -52,13 +53,11 @@ impl Boxes {
         boxes: &[Bounds],
         queries: &[Query],
     ) -> Result<(), OcclusionError> {
+        check::asked(boxes, queries)?;
         self.list.clear();
         self.ranges.clear();
         for (query, Query { boxes: range }) in (0..).zip(queries) {
-            let Some(asked) = boxes.get(range.start as usize..range.end as usize) else {
-                let limit = format!("boxes {range:?} of {}", boxes.len());
-                return Err(OcclusionError::value(format!("query {query}"), limit));
-            };
+            let asked = &boxes[range.start as usize..range.end as usize];
             let first = self.list.len() as u32;
             self.list.extend(asked.iter().map(|bounds| {
                 let grown = view.guarded(bounds);

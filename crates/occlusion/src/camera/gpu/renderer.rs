@@ -9,6 +9,7 @@ use super::targets::{Surface, Targets};
 use super::times::Times;
 use crate::OcclusionError;
 use crate::camera::renderer::Renderer as Renders;
+use crate::camera::software::check;
 use crate::camera::{Bounds, Image, Latency, Query, Readiness, View};
 use dapple_gpu::bindings::{bind, whole};
 use dapple_gpu::{FrameTimes, Gpu, GpuError, wgpu};
@@ -254,10 +255,7 @@ impl Renders for Renderer<'_> {
     }
 
     fn draw(&mut self, objects: &[u32]) -> Result<(), OcclusionError> {
-        let there = self.scene.objects();
-        if let Some(object) = objects.iter().find(|object| **object >= there) {
-            return Err(OcclusionError::value(format!("object {object}"), format!("of {there}")));
-        }
+        check::drawn(objects, self.scene.objects() as usize)?;
         self.plan.list.extend_from_slice(objects);
         self.latency.drew(objects.len());
         Ok(())

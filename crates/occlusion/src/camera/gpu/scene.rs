@@ -13,6 +13,7 @@
 
 use crate::OcclusionError;
 use crate::camera::Objects;
+use crate::camera::software::check;
 use bytemuck::{Pod, Zeroable};
 use dapple_gpu::bindings::{Slot, bind, layout_of, whole};
 use dapple_gpu::{Gpu, GpuError, wgpu};
@@ -73,10 +74,12 @@ impl Scene {
     /// Uploads `objects`.
     ///
     /// # Errors
-    /// An index that points nowhere, a mask without texels, more than 2^32 corners or triangles, or
-    /// a buffer over a limit of the device, each by name.
+    /// An index that points nowhere, a number that is not finite, a mask without texels, more than
+    /// 2^32 / 3 corners or triangles, or a buffer over a limit of the device, each by name.
     pub fn new(gpu: &Gpu, objects: &Objects) -> Result<Self, OcclusionError> {
-        let drawn = check(objects)?;
+        check::objects(objects)?;
+        index("objects", objects.objects.len())?;
+        let drawn = drawn(objects);
         let mut parts = Parts::default();
         let mask_starts = parts.add_masks(objects);
         for template in &objects.templates {
@@ -232,50 +235,17 @@ fn index(what: &str, count: usize) -> Result<u32, OcclusionError> {
     Ok(count as u32)
 }
 
-/// Holds every index against what it points into.
-fn check(objects: &Objects) -> Result<Vec<Drawn>, OcclusionError> {
-    index("objects", objects.objects.len())?;
-    let refuse = |element: String, limit: String| Err(OcclusionError::value(element, limit));
-    for (i, mask) in objects.masks.iter().enumerate() {
-        let texels = u64::from(mask.width) * u64::from(mask.height);
-        let words = mask.words.len() as u64;
-        if texels == 0 || words < texels.div_ceil(32) {
-            let size = format!("{} x {} texels in {words} words", mask.width, mask.height);
-            return refuse(format!("mask {i}"), format!("{size}, at least one of each"));
-        }
-    }
-    for (i, template) in objects.templates.iter().enumerate() {
-        let corners = template.positions.len();
-        if let Some(corner) = template.triangles.iter().flatten().find(|c| **c as usize >= corners)
-        {
-            return refuse(format!("template {i}"), format!("corner {corner} of {corners}"));
-        }
-        let Some(mask) = template.mask else { continue };
-        if mask as usize >= objects.masks.len() {
-            return refuse(
-                format!("template {i}"),
-                format!("mask {mask} of {}", objects.masks.len()),
-            );
-        }
-        if template.uvs.len() != corners {
-            let uvs = template.uvs.len();
-            let limit = format!("{uvs} texture coordinates for {corners} corners");
-            return refuse(format!("template {i}"), limit);
-        }
-    }
-    let templates = objects.templates.len();
-    let drawn = objects.objects.iter().enumerate().map(|(i, object)| {
-        let Some(template) = objects.templates.get(object.template as usize) else {
-            let limit = format!("template {} of {templates}", object.template);
-            return Err(OcclusionError::value(format!("object {i}"), limit));
-        };
-        Ok(Drawn {
+/// What the host has to know of each object, all of whose indices were checked.
+fn drawn(objects: &Objects) -> Vec<Drawn> {
+    let drawn = |object: &crate::camera::Object| {
+        let template = &objects.templates[object.template as usize];
+        Drawn {
             template: object.template,
             triangles: template.triangles.len() as u32,
             masked: template.mask.is_some(),
-        })
-    });
-    drawn.collect()
+        }
+    };
+    objects.objects.iter().map(drawn).collect()
 }
 
 #[cfg(test)]
