@@ -71,16 +71,16 @@ pub fn strands(path: &Path) -> Result<(Strands, Vec<String>), SceneError> {
 }
 
 /// In lower case; empty if there is none.
-fn extension(path: &Path) -> String {
+pub(crate) fn extension(path: &Path) -> String {
     path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase()
 }
 
-fn stem(path: &Path) -> String {
+pub(crate) fn stem(path: &Path) -> String {
     let name = path.file_stem().map(|s| s.to_string_lossy());
     name.map_or_else(|| path.display().to_string(), Into::into)
 }
 
-fn read(path: &Path, file: &str) -> Result<Vec<u8>, SceneError> {
+pub(crate) fn read(path: &Path, file: &str) -> Result<Vec<u8>, SceneError> {
     std::fs::read(path).map_err(|source| SceneError::Read { file: file.into(), source })
 }
 
