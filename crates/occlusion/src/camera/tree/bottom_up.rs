@@ -41,7 +41,7 @@ impl Tree {
     }
 
     /// Depth first; bounds are left empty.
-    fn from_merges(count: usize, merges: &[Merge]) -> Self {
+    pub(super) fn from_merges(count: usize, merges: &[Merge]) -> Self {
         let mut tree = Self { nodes: Vec::new(), objects: vec![0; count] };
         if count == 0 {
             return tree;
