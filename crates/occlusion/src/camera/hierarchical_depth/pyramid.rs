@@ -81,7 +81,7 @@ impl Pyramid {
     }
 
     /// The build with another way to join two children.
-    fn build_by(
+    pub(super) fn build_by(
         &mut self,
         width: u32,
         height: u32,
