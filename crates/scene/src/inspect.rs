@@ -225,7 +225,7 @@ fn median_edge(scene: &Scene) -> f64 {
     *lengths.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-fn memory_bytes(scene: &Scene) -> u64 {
+pub(crate) fn memory_bytes(scene: &Scene) -> u64 {
     let bytes = |count: usize, each: usize| (count * each) as u64;
     let meshes: u64 = scene
         .meshes

@@ -7,12 +7,23 @@
 //! within it (what it may hide).
 
 mod error;
+mod footprint;
+mod generate;
+mod rim;
+mod import;
+mod inner;
 mod scene;
+mod templates;
 mod types;
+pub mod windows;
 
 pub use error::CityError;
+pub use footprint::MAX_CORNERS;
+pub use import::{LoadedCity, load};
+pub use inner::{InnerKnobs, covered_share, holds, inner_boxes};
+pub use generate::{BlockShape, Heights, Knobs, generate};
 pub use scene::{CityScene, Part};
 pub use types::{
-    Building, City, Facade, Footprint, Ground, GroundKind, OrientedBox, StreetLamp, Tree,
+    Building, City, CityBytes, Facade, Footprint, Ground, GroundKind, OrientedBox, StreetLamp, Tree,
     WindowLight,
 };

@@ -175,3 +175,44 @@ impl OrientedBox {
         8.0 * self.half.x * self.half.y * self.half.z
     }
 }
+
+/// Bytes that a city's data take, what is reserved but unused left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CityBytes {
+    /// Buildings with their facades, footprints, roofs and boxes.
+    pub buildings: u64,
+    /// Window lights and street lamps.
+    pub lights: u64,
+    /// Grounds and trees.
+    pub grounds: u64,
+}
+
+impl CityBytes {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.buildings + self.lights + self.grounds
+    }
+}
+
+impl City {
+    /// Bytes of the city's data.
+    pub fn bytes(&self) -> CityBytes {
+        fn of<T>(list: &[T]) -> u64 {
+            size_of_val(list) as u64
+        }
+        let building = |b: &Building| {
+            let rings = of(&b.footprint.outer)
+                + of(&b.footprint.holes)
+                + b.footprint.holes.iter().map(|hole| of(hole)).sum::<u64>();
+            let walls = of(&b.facades) + of(&b.roof) + of(&b.gables) + of(&b.inner);
+            rings + walls + b.id.len() as u64
+        };
+        CityBytes {
+            buildings: of(&self.buildings) + self.buildings.iter().map(building).sum::<u64>(),
+            lights: of(&self.lights) + of(&self.lamps),
+            grounds: of(&self.grounds)
+                + of(&self.trees)
+                + self.grounds.iter().map(|g| of(&g.triangles)).sum::<u64>(),
+        }
+    }
+}

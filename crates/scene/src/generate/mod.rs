@@ -6,6 +6,7 @@
 
 mod builder;
 mod chapter7;
+mod cities;
 mod clouds;
 mod foliage;
 mod hair;
@@ -14,6 +15,7 @@ mod micro;
 mod random;
 
 use crate::Scene;
+use crate::city::City;
 
 pub use clouds::{BALL_OPACITY, Ball, QuadCloud, SLAB, SPHERE_CLOUD, Volume, metaball_balls};
 pub use foliage::LEAF_OPACITY;
@@ -70,6 +72,12 @@ pub const NAMES: &[(&str, &str)] = &[
         "small translucent squares anywhere in a ball: the mean thickness is a chord's",
     ),
     ("metaballs", "30 overlapping translucent balls drawn as surfaces, where a volume is meant"),
+    ("city", "6 x 6 blocks of 44 buildings with 1 to 7 storeys: a camera sees little of them"),
+    ("city_small", "2 x 2 blocks of such a city: small enough for software"),
+    ("city_trees", "the small city with 12 trees a block: what has holes must hide nothing"),
+    ("city_flat", "the city with 7 storeys everywhere: every roof hides what lies behind"),
+    ("city_9", "9 x 9 blocks"),
+    ("city_15", "15 x 15 blocks, 2.5 million triangles: work must grow with what is seen"),
 ];
 
 /// Generates a scene of [`NAMES`]; `None` for an unknown name. Every one validates, has a
@@ -99,8 +107,18 @@ pub fn by_name(name: &str, seed: u64) -> Option<Scene> {
         "slab" => clouds::quad_cloud(name, &SLAB, seed),
         "sphere_cloud" => clouds::quad_cloud(name, &SPHERE_CLOUD, seed),
         "metaballs" => clouds::metaballs(seed),
-        _ => return None,
+        _ => return city_of(name, seed).map(|city| city.scene().scene),
     })
+}
+
+/// The city that scene `name` is made of, under the same seed; `None` for a scene without.
+pub fn city_of(name: &str, seed: u64) -> Option<City> {
+    cities::by_name(name, seed)
+}
+
+/// What the generator is asked for where scene `name` is a city; `None` for a scene that is none.
+pub fn city_knobs(name: &str) -> Option<crate::city::Knobs> {
+    cities::knobs(name)
 }
 
 /// The strands that the hair of scene `name` is made of, under the same seed; `None` for a scene
