@@ -11,7 +11,7 @@ use super::answers::Answers;
 use super::check;
 use super::fill::{Band, passing};
 use super::project::{BOX, Projection};
-use super::setup::{Masked, Snapped, Triangle, Visible, clipped, setup};
+use super::setup::{Masked, SOLID, Snapped, Triangle, Visible, clipped, setup};
 use crate::OcclusionError;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -243,23 +243,24 @@ impl Piece {
             let id = [index + 1, i as u32];
             let snapped = triangle.map(|c| &self.corners[c as usize]);
             let ready = setup(projection, snapped, id);
-            match (ready, template.mask) {
-                (Visible::Nothing, _) => {}
-                (Visible::Whole(triangle), None) => self.push(triangle, band_rows),
-                (Visible::Whole(mut whole), Some(mask)) => {
+            if matches!(ready, Visible::Nothing) {
+                continue;
+            }
+            let masked = match template.mask {
+                None => SOLID,
+                Some(mask) => {
                     let corners = projection.triangle(object, template, i);
-                    whole.masked = self.masked.len() as u32;
                     self.masked.push(Masked::new(mask, projection, &corners));
-                    self.push(whole, band_rows);
+                    self.masked.len() as u32 - 1
                 }
-                (Visible::Clip, mask) => {
+            };
+            match ready {
+                Visible::Nothing => {}
+                Visible::Whole(whole) => self.push(Triangle { masked, ..whole }, band_rows),
+                Visible::Clip => {
                     let corners = projection.triangle(object, template, i);
-                    clipped(projection, &corners, id, |mut part, corners| {
-                        if let Some(mask) = mask {
-                            part.masked = self.masked.len() as u32;
-                            self.masked.push(Masked::new(mask, projection, corners));
-                        }
-                        self.push(part, band_rows);
+                    clipped(projection, &corners, id, |part| {
+                        self.push(Triangle { masked, ..part }, band_rows);
                     });
                 }
             }
@@ -290,7 +291,7 @@ fn shown(projection: &Projection, bounds: &Bounds, image: &Image) -> u32 {
             Visible::Whole(triangle) => add(&triangle),
             Visible::Clip => {
                 let corners = projection.triangles_of(bounds)[i];
-                clipped(projection, &corners, [0, 0], |part, _| add(&part));
+                clipped(projection, &corners, [0, 0], |part| add(&part));
             }
         }
     }

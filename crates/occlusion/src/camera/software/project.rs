@@ -40,7 +40,8 @@ pub struct Projection {
     eye: DVec3,
     // Takes points relative to the eye, so that the distance from the origin costs no digits.
     clip: DMat4,
-    half: DVec2,
+    /// Half the image's sides, pixels.
+    pub half: DVec2,
     pub width: u32,
     pub height: u32,
 }

@@ -1,10 +1,12 @@
 //! Triangles made ready for filling: corners snapped to 1/256 of a pixel, depth as a plane.
 //!
 //! The plane goes through the corners as they were before snapping, so depths are those of f64; at
-//! pixels that only snapping covers they are kept within the range of the corners.
+//! pixels that only snapping covers they are kept within the range of the corners. Differences of
+//! corners on the screen lose their digits where a triangle reaches far off the image, so the plane
+//! of such a one is solved for in clip space.
 
 use super::project::{Corner, GUARD, OnScreen, Polygon, Projection, beyond_near};
-use glam::{DVec2, DVec4, Vec2};
+use glam::{DVec2, DVec3, DVec4, Vec2};
 
 /// Sub-pixel steps a pixel, as on most devices.
 const STEPS: i64 = 256;
@@ -64,7 +66,7 @@ pub enum Visible {
     Nothing,
     /// It can be filled.
     Whole(Triangle),
-    /// It has to be clipped first.
+    /// It may have to be clipped first, or reaches far off the image: see [`clipped`].
     Clip,
 }
 
@@ -113,14 +115,11 @@ pub struct Masked {
 }
 
 impl Masked {
-    /// `corners` are those of a triangle that [`setup`] took as a whole.
+    /// `corners` are those of the triangle before clipping.
     pub fn new(mask: u32, projection: &Projection, corners: &[Corner; 3]) -> Self {
-        let screen = corners.map(|c| projection.screen(c.clip));
-        let inverse = corners.map(|c| 1.0 / c.clip.w);
-        let value = |of: fn(&Corner) -> f64| {
-            Plane::through(&screen, std::array::from_fn(|i| of(&corners[i]) * inverse[i]))
-        };
-        Self { mask, planes: [value(|c| c.uv.x), value(|c| c.uv.y), value(|_| 1.0)] }
+        let plane = |values| Plane::solved(projection, corners, values);
+        let [u, v] = [corners.map(|c| c.uv.x), corners.map(|c| c.uv.y)];
+        Self { mask, planes: [plane(u), plane(v), plane([1.0; 3])] }
     }
 
     /// Texture coordinates at the centre of pixel (`x`, `y`).
@@ -131,6 +130,19 @@ impl Masked {
 }
 
 impl Plane {
+    /// What is `value / w` at three corners that may lie anywhere, off the image and behind the eye:
+    /// `a x + b y + c w = value` at each. 0 where they and the eye lie in one plane.
+    fn solved(projection: &Projection, corners: &[Corner; 3], values: [f64; 3]) -> Self {
+        let [p, q, r] = corners.map(|c| DVec3::new(c.clip.x, c.clip.y, c.clip.w));
+        let normals = [q.cross(r), r.cross(p), p.cross(q)];
+        let volume = p.dot(normals[0]);
+        let sum = normals[0] * values[0] + normals[1] * values[1] + normals[2] * values[2];
+        let solved = if volume == 0.0 { DVec3::ZERO } else { sum / volume };
+        let half = projection.half;
+        let slope = DVec2::new(solved.x / half.x, -solved.y / half.y);
+        Self { origin: half, at: solved.z, slope }
+    }
+
     /// A plane through three corners; level where they lie in one line.
     #[inline(always)]
     pub fn through(corners: &[OnScreen; 3], values: [f64; 3]) -> Self {
@@ -171,67 +183,80 @@ impl Row {
     }
 }
 
-/// A triangle of three corners, if it covers a pixel's centre and needs no clipping.
+/// Widest span of corners of which [`Plane::through`] is exact enough, pixels.
+const WIDE: i32 = 4096;
+
+/// A triangle of three corners, if it covers a pixel's centre and needs no further care.
 #[inline(always)]
 pub fn setup(projection: &Projection, corners: [&Snapped; 3], id: [u32; 2]) -> Visible {
     let [a, b, c] = corners;
-    if a.outside & b.outside & c.outside != 0 {
+    if a.outside & b.outside & c.outside & !FAR_OFF != 0 {
         return Visible::Nothing;
     }
     if (a.outside | b.outside | c.outside) & (NEAR | FAR_OFF) != 0 {
         return Visible::Clip;
     }
-    let Some(columns) = centres([a.x, b.x, c.x], projection.width) else {
-        return Visible::Nothing;
-    };
-    let Some(rows) = centres([a.y, b.y, c.y], projection.height) else {
-        return Visible::Nothing;
-    };
-    let cross = |a: &Snapped, b: &Snapped, c: &Snapped| {
-        let (bx, by) = (i64::from(b.x) - i64::from(a.x), i64::from(b.y) - i64::from(a.y));
-        let (cx, cy) = (i64::from(c.x) - i64::from(a.x), i64::from(c.y) - i64::from(a.y));
-        bx * cy - by * cx
-    };
-    let area = cross(a, b, c);
-    if area == 0 {
-        return Visible::Nothing;
+    let wide =
+        |t: [i32; 3]| t[0].max(t[1]).max(t[2]) - t[0].min(t[1]).min(t[2]) > WIDE * STEPS as i32;
+    if wide([a.x, b.x, c.x]) || wide([a.y, b.y, c.y]) {
+        return Visible::Clip;
     }
-    let edges = if area > 0 {
-        [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)]
-    } else {
-        [Edge::new(b, a), Edge::new(c, b), Edge::new(a, c)]
-    };
-    let screen = corners.map(|c| c.screen);
-    let d = screen.map(|c| c.depth);
-    Visible::Whole(Triangle {
-        edges,
-        columns,
-        rows,
-        depth: Plane::through(&screen, d),
-        range: [d[0].min(d[1]).min(d[2]), d[0].max(d[1]).max(d[2])],
-        id,
-        masked: SOLID,
-    })
+    let depth = || Plane::through(&corners.map(|c| c.screen), corners.map(|c| c.screen.depth));
+    match filled(projection, corners, id, depth) {
+        Some(triangle) => Visible::Whole(triangle),
+        None => Visible::Nothing,
+    }
 }
 
-/// What of a triangle can be seen, in parts small enough for [`setup`].
+/// What of a triangle can be seen, in parts that can be filled.
 #[cold]
 pub fn clipped(
     projection: &Projection,
     corners: &[Corner; 3],
     id: [u32; 2],
-    mut part: impl FnMut(Triangle, &[Corner; 3]),
+    mut part: impl FnMut(Triangle),
 ) {
+    let depth = Plane::solved(projection, corners, corners.map(|c| c.clip.z));
     for corners in Polygon::clipped(corners).clip_guard(projection).triangles() {
         // A corner that clipping put on the near plane may lie before it by its rounding.
         let snapped = corners.map(|c| {
             let clip = DVec4::new(c.clip.x, c.clip.y, c.clip.z.min(c.clip.w), c.clip.w);
             Snapped::new(projection, clip)
         });
-        if let Visible::Whole(triangle) = setup(projection, snapped.each_ref(), id) {
-            part(triangle, &corners);
+        let outside = snapped.iter().fold(0, |all, c| all | c.outside);
+        if outside & (NEAR | FAR_OFF) == 0
+            && let Some(triangle) = filled(projection, snapped.each_ref(), id, || depth)
+        {
+            part(triangle);
         }
     }
+}
+
+/// A triangle of corners within the guard band, if it covers a pixel's centre.
+#[inline(always)]
+fn filled(
+    projection: &Projection,
+    corners: [&Snapped; 3],
+    id: [u32; 2],
+    depth: impl Fn() -> Plane,
+) -> Option<Triangle> {
+    let [a, b, c] = corners;
+    let columns = centres([a.x, b.x, c.x], projection.width)?;
+    let rows = centres([a.y, b.y, c.y], projection.height)?;
+    let (bx, by) = (i64::from(b.x - a.x), i64::from(b.y - a.y));
+    let (cx, cy) = (i64::from(c.x - a.x), i64::from(c.y - a.y));
+    let area = bx * cy - by * cx;
+    if area == 0 {
+        return None;
+    }
+    let edges = if area > 0 {
+        [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)]
+    } else {
+        [Edge::new(b, a), Edge::new(c, b), Edge::new(a, c)]
+    };
+    let d = corners.map(|c| c.screen.depth);
+    let range = [d[0].min(d[1]).min(d[2]), d[0].max(d[1]).max(d[2])];
+    Some(Triangle { edges, columns, rows, depth: depth(), range, id, masked: SOLID })
 }
 
 /// Centres of pixels from the least to the greatest coordinate: first and last.

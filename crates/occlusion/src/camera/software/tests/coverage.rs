@@ -229,7 +229,7 @@ fn an_empty_world_draws_nothing() {
 
 #[test]
 fn samples_lie_between_their_corners() {
-    let triangles = soup(77, 40, 4);
+    let triangles = soup(77, 400, 4);
     let objects = objects(&triangles, 1);
     let view = view(&objects, &camera(DVec3::new(0.0, 0.0, 9.0), DVec3::ZERO), 40, 40);
     let projection = Projection::new(&view);

@@ -21,7 +21,7 @@ fn compare(triangles: &[[Vec3; 3]], objects: &Arc<Objects>, chunk: usize, view: 
         let beside =
             |id: [u32; 2]| id[0] > 0 && edge_of(triangles, chunk, view, id, i) < 1.0 / 128.0;
         let (a, b) = (slow.ids[i], quick.ids[i]);
-        assert!(close || beside(a) || beside(b), "pixel {i}: {a:?}, fast {b:?}");
+        assert!(close || beside(a) || beside(b), "pixel {i}: {a:?}, fast {b:?}, {depths:?}");
     }
     excused
 }
