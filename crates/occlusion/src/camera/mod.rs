@@ -4,6 +4,7 @@
 //! in that *local* space unless said otherwise. Depth is reversed: `near / distance`, 1 at the near
 //! plane, 0 at infinity, greater is nearer.
 
+pub mod cells;
 pub mod coverage;
 pub mod gpu;
 pub mod hierarchical_depth;
@@ -18,6 +19,7 @@ pub mod techniques;
 pub mod tree;
 pub mod view;
 
+pub use cells::{Cell, CellLimits, Cells, view_cells};
 pub use coverage::exact_coverage;
 pub use objects::{Bounds, Mask, Object, Objects, Template};
 pub use renderer::{Image, Latency, Query, Readiness, Renderer, Work};

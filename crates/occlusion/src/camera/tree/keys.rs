@@ -13,10 +13,7 @@ impl Tree {
     /// # Errors
     /// Another number of keys than objects, more than 2^31 of them, bounds that are not finite.
     pub fn by_keys(objects: &Objects, keys: &[Vec<u32>]) -> Result<Self, OcclusionError> {
-        if keys.len() != objects.objects.len() {
-            let limit = format!("{} for {} objects", keys.len(), objects.objects.len());
-            return Err(OcclusionError::value("keys of the tree", limit));
-        }
+        check_keys(keys, objects.objects.len())?;
         check(objects)?;
         let count = keys.len() as u32;
         let mut tree = Self { nodes: Vec::new(), objects: (0..count).collect() };
@@ -41,6 +38,34 @@ impl Tree {
         tree.fit(objects);
         Ok(tree)
     }
+
+    /// Number of leading keys that all objects below a node share: 1 for a node of one block, and
+    /// so on, whatever levels were left out.
+    ///
+    /// # Errors
+    /// Another number of keys than objects.
+    pub fn path_lengths(&self, keys: &[Vec<u32>]) -> Result<Vec<u32>, OcclusionError> {
+        check_keys(keys, self.objects.len())?;
+        let common = |index: u32| {
+            let mut paths = self.objects_of(index).iter().map(|&o| &keys[o as usize][..]);
+            let first = paths.next().unwrap_or(&[]);
+            paths.fold(first.len(), |common, path| common.min(shared(first, path))) as u32
+        };
+        Ok((0..self.nodes.len() as u32).map(common).collect())
+    }
+}
+
+fn check_keys(keys: &[Vec<u32>], objects: usize) -> Result<(), OcclusionError> {
+    if keys.len() == objects {
+        return Ok(());
+    }
+    let limit = format!("{} for {objects} objects", keys.len());
+    Err(OcclusionError::value("keys of the tree", limit))
+}
+
+/// Number of leading keys in common.
+fn shared(a: &[u32], b: &[u32]) -> usize {
+    a.iter().zip(b).take_while(|(a, b)| a == b).count()
 }
 
 /// The objects of `range`, at least two, by their keys at the first level from `level` on where
@@ -52,10 +77,8 @@ fn groups(
     level: usize,
 ) -> (Vec<Range<u32>>, usize) {
     let path = |place: u32| &keys[objects[place as usize] as usize];
-    let (first, last) = (path(range.start), path(range.end - 1));
     // They are sorted: all have in common what the first and the last have.
-    let common = first.iter().zip(last).take_while(|(a, b)| a == b).count();
-    let level = level.max(common);
+    let level = level.max(shared(path(range.start), path(range.end - 1)));
     let mut groups: Vec<Range<u32>> = Vec::new();
     let mut before = None;
     for place in range.clone() {
