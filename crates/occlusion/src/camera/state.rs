@@ -122,14 +122,16 @@ impl State {
     /// # Errors
     /// The renderer's.
     pub fn reset(&mut self, renderer: &mut dyn Renderer) -> Result<(), OcclusionError> {
-        while self.batches.pop_front().is_some() {
+        let mut result = Ok(());
+        while self.batches.pop_front().is_some() && result.is_ok() {
             self.room.counts.clear();
-            renderer.collect(&mut self.room.counts)?;
+            result = renderer.collect(&mut self.room.counts);
         }
+        self.batches.clear();
         self.asked.clear();
         self.members.clear();
         self.forget();
-        Ok(())
+        result
     }
 
     /// Forgets what was seen, but not what is on its way.

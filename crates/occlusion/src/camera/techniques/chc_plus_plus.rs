@@ -97,15 +97,15 @@ fn visit(walk: &mut Walk, node: u32, same_frame: bool) -> Result<(), OcclusionEr
     if !was {
         let room = &mut walk.state.room;
         room.hidden.push((node, room.hidden.len() as u32));
-    } else {
-        if walk.tree.is_leaf(node) {
-            pass_visible(walk, node, before.next_query, same_frame);
-        }
-        walk.traverse(node);
+    } else if walk.tree.is_leaf(node) {
+        pass_visible(walk, node, before.next_query, same_frame);
     }
     let room = &walk.state.room;
     if room.hidden.len() + room.drawn.len() >= walk.settings.batch as usize {
         ask_hidden(walk, same_frame)?;
+    }
+    if was {
+        walk.traverse(node);
     }
     Ok(())
 }

@@ -1,0 +1,7 @@
+//! Techniques on the plain software renderer.
+
+mod coverage;
+mod extremes;
+mod options;
+mod properties;
+mod world;
