@@ -18,13 +18,14 @@
 //!
 //! Placement needs nothing here: bounds hold placed triangles however they are rounded. Call the
 //! sum `e`. What is drawn of triangles in the box lies within `e` of the box. The grown box is drawn
-//! by the same means, so its faces move by at most its own `e`; they form a closed surface, hence
-//! they hold all that lies deeper than that below the true ones. Growing every side by `4 e` is
-//! enough where the grown box's `e` is at most `3 e`: a pixel's ray that meets what is drawn passes
-//! through the drawn box, and enters it no farther away. That holds since a pixel is at most
-//! [`MAX_PIXEL`] times as wide as it is far, which keeps the snapping's part below 0.4 `D`, since
-//! `d` is halved (or the near plane's, if `4 e` is more than that), and since a box whose depths
-//! cannot be told apart, `4 e > D`, is grown around the eye: it counts as visible.
+//! by the same means, so its faces move by at most its own `e`; they form a closed surface (faces
+//! that share an edge must share its cut with the near plane), hence they hold all that lies deeper
+//! than that below the true ones. Growing every side by `4 e` is enough where the grown box's `e` is
+//! at most `3 e`: a pixel's ray that meets what is drawn passes through the drawn box, and enters it
+//! no farther away. That holds since a pixel is at most [`MAX_PIXEL`] times as wide as it is far,
+//! which keeps the snapping's part below 0.4 `D`, since `d` is halved (or the near plane's, if `4 e`
+//! is more than that), and since a box whose depths cannot be told apart, `4 e > D`, is grown around
+//! the eye: it counts as visible.
 
 use super::View;
 use crate::camera::objects::{Bounds, round_down, round_up};

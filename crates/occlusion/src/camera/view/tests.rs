@@ -52,7 +52,13 @@ fn raster(view: &View, triangle: &[Vec3; 3], down: bool) -> Vec<[Corner; 3]> {
             kept.push(a);
         }
         if (inside_a < 0.0) != (inside_b < 0.0) {
-            let mut cut = a + (b - a) * (inside_a / (inside_a - inside_b));
+            // From the inside out, so that faces which share an edge share its cut.
+            let (from, to, share) = if inside_a < 0.0 {
+                (b, a, inside_b / (inside_b - inside_a))
+            } else {
+                (a, b, inside_a / (inside_a - inside_b))
+            };
+            let mut cut = from + (to - from) * share;
             cut.w = cut.z;
             kept.push(cut);
         }
@@ -134,7 +140,7 @@ fn case(seed: u64, scale: f64, offset: f64, parallel: bool) -> Option<Case> {
     let projection = if parallel {
         Projection::Orthographic { height_m: 3.0 * scale * rng.random::<f64>() + 0.01 * scale }
     } else {
-        perspective(0.05 + 2.0 * rng.random::<f64>())
+        perspective(0.05 + 2.6 * rng.random::<f64>())
     };
     let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::Z, unit(&mut rng)));
     let mut camera = camera(eye, target, projection);
@@ -148,7 +154,8 @@ fn case(seed: u64, scale: f64, offset: f64, parallel: bool) -> Option<Case> {
         }],
         ..Objects::default()
     };
-    let view = View::new(&camera, &objects, SIZE, SIZE, 0.01 * scale).unwrap();
+    let [width, height] = [[SIZE, SIZE], [1, 1], [3, 90]][rng.random_range(0..3)];
+    let view = View::new(&camera, &objects, width, height, 0.01 * scale).unwrap();
     if view.touches(&bounds) {
         return None;
     }
@@ -185,11 +192,11 @@ fn grown_boxes_cover_what_they_hold() {
             uncovered += escaped(&view, &triangles, &bounds, down).1;
         }
     }
-    assert!(shown > 100_000, "{shown}");
+    assert!(shown > 50_000, "{shown}");
     // Some are cut by the near plane beside the image.
     assert!(cut > 50, "{cut}");
     // The same property finds that boxes as they are do not cover what they hold.
-    assert!(uncovered > 100, "{uncovered}");
+    assert!(uncovered > 50, "{uncovered}");
 }
 
 #[test]
@@ -214,7 +221,8 @@ fn screen_rects_hold_what_is_drawn() {
         let corners = bounds.corners().map(|p| view.pixel(p.as_dvec3()));
         let low = corners.iter().fold(DVec2::INFINITY, |a, b| a.min(*b));
         let (near, far) = (view.distance(&bounds), view.distances(&bounds)[1]);
-        if view.parallel || far < 3.0 * near {
+        let fine = view.pixel_m(1.0) < 0.1 || view.parallel;
+        if fine && (view.parallel || far < 3.0 * near) {
             let most = 0.25 + 0.01 * low.x.abs();
             assert!(low.x - f64::from(left) < most, "{seed}: {low} {left}");
             tight += 1;
