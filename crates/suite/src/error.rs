@@ -2,6 +2,7 @@
 
 use dapple_foliage::partition::PartitionError;
 use dapple_gpu::GpuError;
+use dapple_occlusion::OcclusionError;
 use std::path::PathBuf;
 
 /// Errors of the suite. [`SuiteError::exit_code`] sorts them for a shell.
@@ -69,6 +70,12 @@ pub enum SuiteError {
     /// The opacity maps refused their settings or input.
     #[error(transparent)]
     Opacity(#[from] dapple_opacity_maps::OpacityError),
+    /// Occlusion culling refused its settings or input, or its device failed.
+    #[error(transparent)]
+    Occlusion(#[from] OcclusionError),
+    /// The generator of cities refused its knobs.
+    #[error(transparent)]
+    City(#[from] dapple_scene::city::CityError),
     /// The partition refused its input.
     #[error(transparent)]
     Partition(#[from] PartitionError),
@@ -106,7 +113,7 @@ impl SuiteError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Gpu(_) | Self::Record(_) | Self::Io { .. } | Self::Interrupted { .. } => 3,
-            Self::Internal(_) => 3,
+            Self::Internal(_) | Self::Occlusion(OcclusionError::Gpu(_)) => 3,
             _ => 2,
         }
     }
@@ -114,7 +121,9 @@ impl SuiteError {
     /// The graphics device's own error, where that is behind it.
     pub fn device(&self) -> Option<&GpuError> {
         match self {
-            Self::Gpu(error) | Self::Partition(PartitionError::Gpu(error)) => Some(error),
+            Self::Gpu(error)
+            | Self::Partition(PartitionError::Gpu(error))
+            | Self::Occlusion(OcclusionError::Gpu(error)) => Some(error),
             _ => None,
         }
     }

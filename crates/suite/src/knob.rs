@@ -182,6 +182,22 @@ impl Knob {
     }
 }
 
+/// The value that a knob's word stands for.
+///
+/// # Errors
+/// A word that is none.
+pub fn choice<T: Copy>(
+    knobs: &Knobs,
+    name: &'static str,
+    words: &[(&'static str, T)],
+) -> Result<T, SuiteError> {
+    let word = knobs.word(name)?;
+    let found = words.iter().find(|(w, _)| *w == word);
+    found
+        .map(|(_, value)| *value)
+        .ok_or_else(|| SuiteError::unknown(name, word, words.iter().map(|(w, _)| *w)))
+}
+
 /// Fills defaults in and refuses names that `knobs` does not declare.
 ///
 /// # Errors

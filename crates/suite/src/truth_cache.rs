@@ -1,7 +1,10 @@
 //! A cache of ground truth by content hash. It can be deleted at any time; a damaged entry is
 //! recomputed, never believed.
 
-use std::{env, fs, path::PathBuf};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+};
 
 const MAGIC: &[u8; 8] = b"dpltru01";
 const HASH_BYTES: usize = 32;
@@ -50,45 +53,67 @@ impl TruthCache {
         len: usize,
         compute: impl FnOnce() -> Result<Vec<f32>, E>,
     ) -> Result<Vec<f32>, E> {
-        let name = blake3::hash(key.as_bytes()).to_hex();
-        let path = self.folder.as_ref().map(|f| f.join(format!("{}.truth", &name[..32])));
-        if let Some(values) = path.as_ref().and_then(|p| decode(&fs::read(p).ok()?, key))
+        let entry = self.entry(key);
+        if let Some(values) = entry.as_ref().and_then(|p| read::<f32>(p, key))
             && values.len() == len
         {
             return Ok(values);
         }
         let values = compute()?;
-        if let (Some(folder), Some(path)) = (&self.folder, path) {
-            // Written beside and renamed: a reader never sees half an entry. A failure to store
-            // costs time, not correctness.
-            let part = path.with_extension(format!("part{}", std::process::id()));
-            let stored = fs::create_dir_all(folder)
-                .and_then(|()| fs::write(&part, encode(&values, key)))
-                .and_then(|()| fs::rename(&part, &path));
-            if stored.is_err() {
-                let _ = fs::remove_file(&part);
-            }
-        }
+        self.store(entry, key, bytemuck::cast_slice(&values));
         Ok(values)
     }
+
+    /// The same for integers, of any number.
+    pub fn words(&self, key: &str, compute: impl FnOnce() -> Vec<u32>) -> Vec<u32> {
+        let entry = self.entry(key);
+        if let Some(words) = entry.as_ref().and_then(|p| read::<u32>(p, key)) {
+            return words;
+        }
+        let words = compute();
+        self.store(entry, key, bytemuck::cast_slice(&words));
+        words
+    }
+
+    fn entry(&self, key: &str) -> Option<PathBuf> {
+        let name = blake3::hash(key.as_bytes()).to_hex();
+        self.folder.as_ref().map(|f| f.join(format!("{}.truth", &name[..32])))
+    }
+
+    // Written beside and renamed: a reader never sees half an entry. A failure to store costs time,
+    // not correctness.
+    fn store(&self, entry: Option<PathBuf>, key: &str, payload: &[u8]) {
+        let (Some(folder), Some(path)) = (&self.folder, entry) else {
+            return;
+        };
+        let part = path.with_extension(format!("part{}", std::process::id()));
+        let stored = fs::create_dir_all(folder)
+            .and_then(|()| fs::write(&part, encode(payload, key)))
+            .and_then(|()| fs::rename(&part, &path));
+        if stored.is_err() {
+            let _ = fs::remove_file(&part);
+        }
+    }
+}
+
+fn read<T: bytemuck::Pod>(path: &Path, key: &str) -> Option<Vec<T>> {
+    decode(&fs::read(path).ok()?, key)
 }
 
 fn digest(payload: &[u8], key: &str) -> [u8; HASH_BYTES] {
     *blake3::Hasher::new().update(key.as_bytes()).update(&[0]).update(payload).finalize().as_bytes()
 }
 
-fn encode(values: &[f32], key: &str) -> Vec<u8> {
-    let payload: &[u8] = bytemuck::cast_slice(values);
+fn encode(payload: &[u8], key: &str) -> Vec<u8> {
     [MAGIC.as_slice(), &digest(payload, key), payload].concat()
 }
 
-fn decode(bytes: &[u8], key: &str) -> Option<Vec<f32>> {
+fn decode<T: bytemuck::Pod>(bytes: &[u8], key: &str) -> Option<Vec<T>> {
     let (hash, payload) = bytes.strip_prefix(MAGIC)?.split_at_checked(HASH_BYTES)?;
-    if hash != digest(payload, key) {
+    if hash != digest(payload, key) || payload.len() % size_of::<T>() != 0 {
         return None;
     }
-    let (words, rest) = payload.as_chunks::<4>();
-    rest.is_empty().then(|| words.iter().map(|w| f32::from_le_bytes(*w)).collect())
+    Some(bytemuck::pod_collect_to_vec(payload))
 }
 
 #[cfg(test)]
@@ -132,9 +157,20 @@ mod tests {
         get(&cache, "a", 1.0, &mut calls);
         let Ok(values) = cache.get("a", 3, || Ok::<_, Infallible>(vec![5.0; 3]));
         assert_eq!(values, [5.0; 3]);
-        assert!(decode(&encode(&[1.0], "a"), "b").is_none());
-        assert!(decode(&encode(&[1.0], "a")[..20], "a").is_none());
-        assert!(decode(b"", "a").is_none());
+        assert!(decode::<f32>(&encode(&[1; 4], "a"), "b").is_none());
+        assert!(decode::<f32>(&encode(&[1; 4], "a")[..20], "a").is_none());
+        assert!(decode::<f32>(b"", "a").is_none());
+    }
+
+    #[test]
+    fn integers_of_any_number_come_back_bit_for_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = TruthCache::at(folder.path().into());
+        // The bits of a signalling NaN among them.
+        let words = vec![0, 1, 0x7fa0_0001, u32::MAX];
+        assert_eq!(cache.words("a", || words.clone()), words);
+        assert_eq!(cache.words("a", Vec::new), words);
+        assert!(cache.words("b", Vec::new).is_empty());
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::{SuiteError, problem::Problem};
 
+pub mod camera_visibility;
 pub mod partition_offsets;
 pub mod shadow_filtering;
 pub mod translucent_shadow;
@@ -11,6 +12,7 @@ pub const ALL: &[&dyn Problem] = &[
     &shadow_filtering::ShadowFiltering,
     &partition_offsets::PartitionOffsets,
     &translucent_shadow::TranslucentShadow,
+    &camera_visibility::CameraVisibility,
 ];
 
 /// The problem of that name.

@@ -1,7 +1,11 @@
 //! Cascades over a case: slices of the camera's view, their maps by rays, receivers by view depth.
 
 use super::{case::TranslucentCase, settings};
-use crate::{SuiteError, knob::Get, problem::Setting};
+use crate::{
+    SuiteError,
+    knob::{Get, choice},
+    problem::Setting,
+};
 use dapple_opacity_maps::Receiver;
 use dapple_scene::Camera;
 use dapple_shadows::{
@@ -29,7 +33,7 @@ pub struct Wishes {
 pub fn wishes(case: &TranslucentCase<'_>, setting: &Setting) -> Result<Wishes, SuiteError> {
     let side = settings::resolution(setting)?;
     let taps = [("3x3", Taps::Box3), ("1", Taps::One), ("4x4", Taps::Box4)];
-    let taps = settings::choice(&setting.knobs, "taps", &taps)?;
+    let taps = choice(&setting.knobs, "taps", &taps)?;
     let bias = setting.knobs.float("bias")? as f32;
     let settings = Settings { bias, ..Settings::new(taps) };
     let count = settings::whole(&setting.knobs, "splits", 1, 8)? as usize;

@@ -2,7 +2,7 @@
 
 use crate::{
     SuiteError,
-    knob::{Get, Knobs},
+    knob::{Get, Knobs, choice},
     problem::{Form, Setting},
 };
 use dapple_opacity_maps::{
@@ -242,22 +242,6 @@ fn or_default<T: Copy + Default>(
     words: &[(&'static str, T)],
 ) -> Result<T, SuiteError> {
     if knobs.contains_key(name) { choice(knobs, name, words) } else { Ok(T::default()) }
-}
-
-/// The value that a knob's word stands for.
-///
-/// # Errors
-/// A word that is none.
-pub fn choice<T: Copy>(
-    knobs: &Knobs,
-    name: &'static str,
-    words: &[(&'static str, T)],
-) -> Result<T, SuiteError> {
-    let word = knobs.word(name)?;
-    let found = words.iter().find(|(w, _)| *w == word);
-    found
-        .map(|(_, value)| *value)
-        .ok_or_else(|| SuiteError::unknown(name, word, words.iter().map(|(w, _)| *w)))
 }
 
 /// A knob that is a whole number in `least..=most`. Extremes are set past a knob's own range.

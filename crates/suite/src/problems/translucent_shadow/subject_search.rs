@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     SuiteError,
-    knob::Get,
+    knob::{Get, choice},
     problem::{Checked, FrameTime, Picture, Setting, Subject},
 };
 use dapple_opacity_maps::{
@@ -66,7 +66,7 @@ pub fn plan(setting: &Setting, settings: Settings) -> Result<Plan, SuiteError> {
         _ => Criterion::EqualTransmittance,
     };
     let precisions = [("float", Precision::Float), ("bytes", Precision::Bytes)];
-    let precision = settings::choice(&setting.knobs, "scoring", &precisions)?;
+    let precision = choice(&setting.knobs, "scoring", &precisions)?;
     let mut plan = Plan::plain(settings, criterion);
     plan.scoring = Scoring { precision, ..plan.scoring };
     plan.steps = Steps::of(setting.knobs.float("lambda_step")? as f32)?;

@@ -1,0 +1,156 @@
+//! How a technique decides what to draw, and what it remembers.
+
+use super::{case::VisibilityCase, drawer::Drawer, settings};
+use crate::{SuiteError, knob::Get, problem::Setting};
+use dapple_occlusion::camera::{
+    Coverage, Frame, Image, Settings, State, Technique, Tree, exact_coverage,
+    hierarchical_depth::{self, cpu},
+    software, techniques,
+};
+use std::rc::Rc;
+
+/// A technique made ready.
+pub enum Method {
+    /// One that walks the tree and may ask.
+    Asks {
+        /// Its knobs.
+        settings: Settings,
+        /// The hierarchy.
+        tree: Rc<Tree>,
+        /// What it remembers.
+        state: Box<State>,
+    },
+    /// What the truth says.
+    Oracle,
+    /// Two passes with a pyramid of depths, on the processor.
+    Hierarchical {
+        /// The hierarchy.
+        tree: Rc<Tree>,
+        /// What it remembers.
+        state: Box<cpu::State>,
+    },
+}
+
+impl Method {
+    /// The technique that a setting asks for.
+    ///
+    /// # Errors
+    /// Settings that are refused.
+    pub fn of(case: &VisibilityCase<'_>, setting: &Setting) -> Result<Self, SuiteError> {
+        let tree = || case.tree(setting.knobs.word("tree").unwrap_or("auto"));
+        Ok(match setting.technique.as_str() {
+            "oracle" => Self::Oracle,
+            "hierarchical-depth" => {
+                let tree = tree()?;
+                let state = Box::new(cpu::State::new(case.objects(), &tree));
+                Self::Hierarchical { tree, state }
+            }
+            name => {
+                let technique = Technique::by_name(name)
+                    .ok_or_else(|| SuiteError::Internal(format!("no method for {name}")))?;
+                let tree = tree()?;
+                let settings = settings::asks(setting, technique, case.seed())?;
+                Self::Asks { settings, state: Box::new(State::new(&tree)), tree }
+            }
+        })
+    }
+
+    /// Forgets every earlier frame.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn reset(&mut self, drawer: &mut Drawer<'_>) -> Result<(), SuiteError> {
+        match self {
+            Self::Asks { state, .. } => state.reset(drawer.renderer())?,
+            Self::Hierarchical { state, .. } => state.reset(),
+            Self::Oracle => {}
+        }
+        Ok(())
+    }
+
+    /// Draws one frame.
+    ///
+    /// # Errors
+    /// The renderer's.
+    pub fn frame(
+        &mut self,
+        case: &VisibilityCase<'_>,
+        index: usize,
+        drawer: &mut Drawer<'_>,
+        out: &mut Frame,
+    ) -> Result<(), SuiteError> {
+        let (objects, view) = (case.objects(), &case.views()[index]);
+        match self {
+            Self::Asks { settings, tree, state } => {
+                techniques::frame(settings, objects, tree, view, state, drawer.renderer(), out)?;
+                if settings.coverage == Coverage::Exact {
+                    let pixels = software::owners(&drawer.image()?, objects.objects.len());
+                    exact_coverage(tree, &pixels, state.coverage_mut())?;
+                }
+            }
+            Self::Oracle => {
+                let owners: Vec<u32> =
+                    case.truth().frames[index].iter().map(|owned| owned.object).collect();
+                techniques::oracle::frame(&owners, objects, view, drawer.renderer(), out)?;
+            }
+            Self::Hierarchical { tree, state } => {
+                let renderer = drawer.showing_depth().ok_or_else(|| {
+                    SuiteError::Internal("hierarchical depth on a renderer that hides it".into())
+                })?;
+                let settings = hierarchical_depth::Settings::default();
+                cpu::frame(&settings, objects, tree, view, state, renderer, out)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the image must be that of drawing everything.
+    pub fn is_exact(&self) -> bool {
+        match self {
+            Self::Asks { settings, .. } => settings.is_exact(),
+            Self::Hierarchical { .. } => true,
+            // By rays: what no ray meets is left out, though a rasteriser may show it.
+            Self::Oracle => false,
+        }
+    }
+
+    /// Stored coverage of the leaves of objects that own pixels of the last frame, and those pixels.
+    pub fn coverage(&self, case: &VisibilityCase<'_>, image: &Image) -> Option<(u64, u64)> {
+        let Self::Asks { settings, tree, state } = self else { return None };
+        if matches!(settings.technique, Technique::None | Technique::Frustum) {
+            return None;
+        }
+        let pixels = software::owners(image, case.objects().objects.len());
+        let (mut stored, mut owned) = (0, 0);
+        for (index, node) in tree.nodes.iter().enumerate() {
+            if !node.children.is_empty() {
+                continue;
+            }
+            let own: u64 =
+                tree.objects_of(index as u32).iter().map(|o| u64::from(pixels[*o as usize])).sum();
+            if own > 0 {
+                owned += own;
+                stored += u64::from(state.coverage()[index]);
+            }
+        }
+        Some((stored, owned))
+    }
+
+    /// View cells of the last frame, by its coverage.
+    pub fn cells(&self, _case: &VisibilityCase<'_>) -> Option<u64> {
+        None
+    }
+
+    /// Bytes of what is remembered and of the hierarchy.
+    pub fn bytes(&self) -> u64 {
+        let tree_bytes = |tree: &Tree| {
+            (size_of_val(&tree.nodes[..]) + size_of_val(&tree.objects[..])) as u64
+        };
+        match self {
+            Self::Asks { tree, state, .. } => tree_bytes(tree) + state.bytes(),
+            // A flag an object and a node.
+            Self::Hierarchical { tree, .. } => tree_bytes(tree) + tree.nodes.len() as u64,
+            Self::Oracle => 0,
+        }
+    }
+}
