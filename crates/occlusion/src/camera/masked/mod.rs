@@ -27,3 +27,6 @@ mod triangle;
 pub use buffer::{Buffer, Form, Occluder};
 pub use silhouette::Edges;
 pub use triangle::Facing;
+
+#[cfg(test)]
+mod tests;

@@ -17,6 +17,8 @@ const BELOW: u32 = 4;
 const ABOVE: u32 = 8;
 const NEAR: u32 = 16;
 const GUARD: u32 = 32;
+/// A triangle whose vertices share one of these is not seen.
+pub(super) const OUTSIDE: u32 = LEFT | RIGHT | BELOW | ABOVE | NEAR;
 /// A triangle with such a vertex has to be clipped.
 pub(super) const CLIPPED: u32 = NEAR | GUARD;
 
@@ -30,7 +32,7 @@ pub(super) struct Vertex {
     pub y: i32,
     /// Reversed depth.
     pub z: f32,
-    /// Planes that the vertex is outside of. A triangle whose vertices share one is not seen.
+    /// Planes that the vertex is outside of.
     pub code: u32,
 }
 

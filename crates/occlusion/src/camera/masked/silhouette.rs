@@ -1,7 +1,7 @@
 //! Which edges of an occluder must be moved inwards, and the walk over its triangles.
 
 use super::buffer::Occluder;
-use super::project::{CLIPPED, Projection, Vertex};
+use super::project::{CLIPPED, OUTSIDE, Projection, Vertex};
 use super::triangle::Triangle;
 use crate::OcclusionError;
 
@@ -44,7 +44,7 @@ pub(super) fn each_triangle(
             let limit = format!("indices {indices:?}, there are {} corners", vertices.len());
             return Err(OcclusionError::value(format!("occluder triangle {index}"), limit));
         };
-        if a.code & b.code & c.code != 0 {
+        if a.code & b.code & c.code & OUTSIDE != 0 {
             continue;
         }
         let open = [open; 3];
