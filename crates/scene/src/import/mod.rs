@@ -1,5 +1,5 @@
 //! Scene files: glTF 2.0 (`.gltf`, `.glb`), OBJ with MTL, PLY; hair as TressFX (`.tfx`) and HAIR
-//! (`.hair`).
+//! (`.hair`); cities as CityJSON (`.json`) and OpenStreetMap PBF (`.pbf`).
 //!
 //! A loaded scene has passed [`crate::Scene::validate`]. What a file leaves out stays out (no
 //! light, no camera); what it holds but is not needed, or could not be found, is a warning.
@@ -15,7 +15,7 @@ use crate::{Scene, SceneError, Strands};
 use std::path::Path;
 
 /// Extensions that [`load`] reads, for messages.
-const SCENES: &str = "glb, gltf, hair, obj, ply, tfx";
+const SCENES: &str = "glb, gltf, hair, json (CityJSON), obj, osm.pbf, ply, tfx";
 
 /// Extensions that [`strands`] reads, for messages.
 const STRANDS: &str = "hair, tfx";
@@ -42,6 +42,7 @@ pub fn load(path: &Path) -> Result<Loaded, SceneError> {
         "ply" => ply::parse,
         "tfx" => |source: &Source<'_>| strands::parse(source, strands::Format::Tfx),
         "hair" => |source: &Source<'_>| strands::parse(source, strands::Format::Hair),
+        "json" | "pbf" => return city(path, &file),
         _ => return Err(SceneError::Extension { file, extension, known: SCENES }),
     };
     let bytes = read(path, &file)?;
@@ -50,6 +51,14 @@ pub fn load(path: &Path) -> Result<Loaded, SceneError> {
     loaded.scene.name = stem(path);
     loaded.scene.validate_as(&file)?;
     Ok(loaded)
+}
+
+/// A city's objects as a scene, named after the city. Its window lights stay with the city.
+fn city(path: &Path, file: &str) -> Result<Loaded, SceneError> {
+    let crate::city::LoadedCity { city, warnings } = crate::city::load(path)?;
+    let scene = city.scene().scene;
+    scene.validate_as(file)?;
+    Ok(Loaded { scene, warnings })
 }
 
 /// Reads the strands of a `.tfx` or `.hair` file (case does not matter), named after it, with one

@@ -5,16 +5,20 @@
 
 mod assemble;
 mod cityjson;
+mod free_space;
 mod osm;
 mod party;
 mod views;
 
-use super::City;
+use super::{City, windows};
 use crate::SceneError;
 use std::path::Path;
 
 /// Extensions that [`load`] reads, for messages.
 const KNOWN: &str = "city.json, json, osm.pbf, pbf";
+
+/// Files give no windows: all cities have the same rule and one seed.
+const LIGHT_SEED: u64 = 1;
 
 /// A city and what was left out of it or chosen for it.
 #[derive(Clone, Debug)]
@@ -40,7 +44,10 @@ pub fn load(path: &Path) -> Result<LoadedCity, SceneError> {
     };
     let bytes = crate::import::read(path, &file)?;
     let draft = parse(&Source { bytes: &bytes, file: &file })?;
-    assemble::city(&file, name(path), draft)
+    let mut loaded = assemble::city(&file, name(path), draft)?;
+    windows::light(&mut loaded.city, windows::LIGHTS_PER_STOREY, LIGHT_SEED)
+        .map_err(|e| SceneError::format(&file, "window lights", e))?;
+    Ok(loaded)
 }
 
 /// The file's name without `.json`, `.city.json`, `.pbf` or `.osm.pbf`.
