@@ -2,12 +2,12 @@
 
 // Triangles that objects share.
 struct Shape {
-    // Index of its first triangle in `triangles`.
+    // Its first triangle; three times that is an index into `corners`.
     first_triangle: u32,
     triangles: u32,
-    // Index of its first corner in `positions`.
+    // Its first corner's index into `positions`.
     first_corner: u32,
-    // Index of its first corner in `uvs`; only where there is a mask.
+    // Its first corner's index into `uvs`; only where there is a mask.
     first_uv: u32,
     // Index of its mask's first word in `mask_words`.
     first_word: u32,
@@ -34,9 +34,8 @@ struct Object {
 @group(0) @binding(0) var<storage, read> positions: array<f32>;
 // Two numbers a corner, of shapes with a mask alone.
 @group(0) @binding(1) var<storage, read> uvs: array<f32>;
-// Indices of three corners in `positions`, and the unit normal in the shape's space as an
-// octahedron's two snorm16.
-@group(0) @binding(2) var<storage, read> triangles: array<vec4<u32>>;
+// Three indices into `positions` a triangle.
+@group(0) @binding(2) var<storage, read> corners: array<u32>;
 @group(0) @binding(3) var<storage, read> shapes: array<Shape>;
 @group(0) @binding(4) var<storage, read> objects: array<Object>;
 // One bit a texel, rows top to bottom.

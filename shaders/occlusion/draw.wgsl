@@ -10,29 +10,7 @@ struct Varyings {
     @builtin(position) @invariant clip: vec4<f32>,
     @location(0) @interpolate(flat, first) object: u32,
     @location(1) @interpolate(flat, first) triangle: u32,
-    // Towards the eye, local space.
-    @location(2) @interpolate(flat, first) normal: vec3<f32>,
-    @location(3) uv: vec2<f32>,
-}
-
-fn octahedron(packed: u32) -> vec3<f32> {
-    let e = unpack2x16snorm(packed);
-    let z = 1.0 - abs(e.x) - abs(e.y);
-    let fold = max(-z, 0.0);
-    let xy = e - vec2(select(-fold, fold, e.x >= 0.0), select(-fold, fold, e.y >= 0.0));
-    return normalize(vec3(xy, z));
-}
-
-// A normal is carried by the cofactors of the linear part; a mirrored object's is turned over, which
-// does not matter here: it is made to look at `p`'s eye.
-fn normal_at(object: u32, packed: u32, p: vec3<f32>) -> vec3<f32> {
-    let n = octahedron(packed);
-    let x = column(object, 0u);
-    let y = column(object, 3u);
-    let z = column(object, 6u);
-    let local = normalize(cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z);
-    let away = select(p - view.eye, view.forward, view.parallel == 1u);
-    return select(local, -local, dot(local, away) > 0.0);
+    @location(2) uv: vec2<f32>,
 }
 
 @vertex
@@ -42,16 +20,13 @@ fn corner(
 ) -> Varyings {
     let object = drawn[instance];
     let shape = objects[object].shape;
-    let triangle = vertex / 3u;
-    let packed = triangles[shapes[shape].first_triangle + triangle];
-    let index = packed[vertex % 3u];
-    let p = placed(object, index);
+    let index = corners[3u * shapes[shape].first_triangle + vertex];
     var uv = vec2(0.0);
     if shapes[shape].mask_width > 0u {
         let first = 2u * (shapes[shape].first_uv + index - shapes[shape].first_corner);
         uv = vec2(uvs[first], uvs[first + 1u]);
     }
-    return Varyings(project(p), object, triangle, normal_at(object, packed.w, p), uv);
+    return Varyings(project(placed(object, index)), object, vertex / 3u, uv);
 }
 
 struct GBuffer {
@@ -61,11 +36,22 @@ struct GBuffer {
     @location(2) albedo: vec4<f32>,
 }
 
+// Unit normal of a triangle towards the eye, local space.
+fn normal_of(object: u32, triangle: u32) -> vec3<f32> {
+    let first = 3u * (shapes[objects[object].shape].first_triangle + triangle);
+    let a = placed(object, corners[first]);
+    let b = placed(object, corners[first + 1u]);
+    let c = placed(object, corners[first + 2u]);
+    let normal = normalize(cross(b - a, c - a));
+    let away = select(a - view.eye, view.forward, view.parallel == 1u);
+    return select(normal, -normal, dot(normal, away) > 0.0);
+}
+
 fn surface(in: Varyings) -> GBuffer {
     let albedo = shapes[objects[in.object].shape].albedo;
     return GBuffer(
         vec2(in.object + 1u, in.triangle),
-        vec4(in.normal, 0.0),
+        vec4(normal_of(in.object, in.triangle), 0.0),
         vec4(albedo[0], albedo[1], albedo[2], 1.0),
     );
 }

@@ -15,14 +15,16 @@ mod settings;
 mod targets;
 mod times;
 
+pub(crate) use pipelines::{Pipelines, ViewParams};
 pub use renderer::{Counters, Renderer};
 pub use scene::Scene;
 pub use settings::{Counting, Drawing, Fault, Settings};
 pub use targets::Surface;
+pub(crate) use targets::Targets;
 
 /// Holds a struct against the shader's, field by field.
 #[cfg(test)]
-fn mirror<T>(path: &str, name: &str, fields: &[(&str, u32)]) {
+pub(crate) fn mirror<T>(path: &str, name: &str, fields: &[(&str, u32)]) {
     let source = dapple_shaders::source(path).unwrap();
     let layout = dapple_shaders::struct_layout(&source, name).unwrap();
     let names: Vec<_> = layout.fields.iter().map(|f| (f.0.as_str(), f.1)).collect();

@@ -17,7 +17,7 @@ const BOXES: &str = "occlusion/boxes.wgsl";
 /// Mirrors `View` of `common/occlusion_view.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(super) struct ViewParams {
+pub(crate) struct ViewParams {
     clip: [f32; 16],
     eye: [f32; 3],
     parallel: u32,
@@ -38,7 +38,7 @@ impl ViewParams {
 }
 
 #[derive(Debug)]
-pub(super) struct Pipelines {
+pub(crate) struct Pipelines {
     /// Draws templates without a mask, and with one.
     pub solid: wgpu::RenderPipeline,
     pub masked: wgpu::RenderPipeline,

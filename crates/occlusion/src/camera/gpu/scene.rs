@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | 0 | positions of the templates' corners | 12 a corner |
 //! | 1 | texture coordinates, of templates with a mask | 8 a corner |
-//! | 2 | triangles: three indices into binding 0, and a packed normal | 16 a triangle |
+//! | 2 | triangles: three indices into binding 0 | 12 a triangle |
 //! | 3 | templates: where their parts begin, mask, albedo | 40 a template |
 //! | 4 | objects: placement, template, box | 76 an object |
 //! | 5 | words of the masks | 4 a word |
@@ -150,7 +150,7 @@ impl Scene {
 struct Parts {
     positions: Vec<Vec3>,
     uvs: Vec<Vec2>,
-    triangles: Vec<[u32; 4]>,
+    triangles: Vec<[u32; 3]>,
     shapes: Vec<Shape>,
     words: Vec<u32>,
 }
@@ -172,8 +172,8 @@ impl Parts {
         objects: &Objects,
         mask_starts: &[u32],
     ) -> Result<(), OcclusionError> {
-        let first_corner = index("corners", self.positions.len() + template.positions.len())?
-            - template.positions.len() as u32;
+        index("corners", self.positions.len() + template.positions.len())?;
+        let first_corner = self.positions.len() as u32;
         let mut shape = Shape {
             first_triangle: index("triangles", self.triangles.len())?,
             triangles: index("triangles of a template", template.triangles.len())?,
@@ -190,25 +190,10 @@ impl Parts {
         }
         self.shapes.push(shape);
         self.positions.extend(&template.positions);
-        self.triangles.extend(template.triangles.iter().map(|t| {
-            let [a, b, c] = t.map(|corner| template.positions[corner as usize].as_dvec3());
-            let normal = (b - a).cross(c - a).normalize_or(glam::DVec3::Z).as_vec3();
-            [first_corner + t[0], first_corner + t[1], first_corner + t[2], octahedron(normal)]
-        }));
+        let corners = template.triangles.iter().map(|t| t.map(|c| first_corner + c));
+        self.triangles.extend(corners);
         Ok(())
     }
-}
-
-/// A unit vector on an octahedron, folded to a square, as two snorm16.
-fn octahedron(n: Vec3) -> u32 {
-    let n = n / (n.x.abs() + n.y.abs() + n.z.abs());
-    let mut e = Vec2::new(n.x, n.y);
-    if n.z < 0.0 {
-        let sign = |t: f32| if t >= 0.0 { 1.0 } else { -1.0 };
-        e = Vec2::new((1.0 - n.y.abs()) * sign(n.x), (1.0 - n.x.abs()) * sign(n.y));
-    }
-    let pack = |t: f32| u32::from((t.clamp(-1.0, 1.0) * 32_767.0).round() as i16 as u16);
-    pack(e.x) | pack(e.y) << 16
 }
 
 fn placed(object: &crate::camera::Object) -> Placed {
@@ -270,30 +255,5 @@ mod tests {
         mirror::<Shape>(DRAW, "Shape", &shape);
         let object = [("linear", 0), ("translation", 36), ("shape", 48), ("low", 52), ("high", 64)];
         mirror::<Placed>(DRAW, "Object", &object);
-    }
-
-    #[test]
-    fn normals_survive_packing() {
-        let unpack = |packed: u32| {
-            let part = |bits: u32| f32::from(bits as u16 as i16) / 32_767.0;
-            let (x, y) = (part(packed), part(packed >> 16));
-            let z = 1.0 - x.abs() - y.abs();
-            let fold = (-z).max(0.0);
-            let folded = |t: f32| if t >= 0.0 { t - fold } else { t + fold };
-            Vec3::new(folded(x), folded(y), z).normalize()
-        };
-        let mut checked = 0;
-        for x in -4..=4 {
-            for y in -4..=4 {
-                for z in -4..=4 {
-                    let Some(n) = Vec3::new(x as f32, y as f32, z as f32).try_normalize() else {
-                        continue;
-                    };
-                    assert!(unpack(octahedron(n)).distance(n) < 1e-4, "{n}");
-                    checked += 1;
-                }
-            }
-        }
-        assert_eq!(checked, 728);
     }
 }

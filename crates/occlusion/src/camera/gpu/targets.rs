@@ -25,7 +25,7 @@ pub struct Surface {
 
 /// Targets of one size.
 #[derive(Debug)]
-pub(super) struct Targets {
+pub(crate) struct Targets {
     pub width: u32,
     pub height: u32,
     colour: [wgpu::Texture; 3],
