@@ -1,5 +1,6 @@
 use super::*;
-use dapple_scene::{AlphaTest, Instance, Material, Mesh, Scene, Texture};
+use crate::camera::{Tree, View};
+use dapple_scene::{AlphaTest, Camera, Instance, Material, Mesh, Projection, Scene, Texture};
 use glam::{DAffine3, DMat3, DQuat};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -262,4 +263,77 @@ fn boxes_in_f32_hold_boxes_in_f64() {
     assert_eq!(one, Bounds { min: Vec3::ONE, max: Vec3::ONE });
     assert!(!one.is_empty() && Bounds::EMPTY.is_empty());
     assert_eq!(one.grown(0.5), Bounds { min: Vec3::splat(0.5), max: Vec3::splat(1.5) });
+}
+
+#[test]
+fn objects_of_no_size_have_boxes() {
+    // All corners in one point; triangles without area; a flat placement.
+    let mut scene = two_soups(1, 1.0, 0.0);
+    scene.meshes[0].positions.fill(Vec3::ONE);
+    scene.instances[1].transform.matrix3.y_axis = DVec3::ZERO;
+    let (objects, _) = Objects::from_scene(&scene, 10).unwrap();
+    let tree = Tree::bottom_up(&objects).unwrap();
+    tree.validate(&objects).unwrap();
+    for object in &objects.objects {
+        assert!(!object.bounds.is_empty());
+    }
+    let mut one = scene_of(vec![soup(1, 1, 0.0)], vec![(0, DAffine3::IDENTITY)]);
+    one.meshes[0].triangles = vec![[1, 1, 1]];
+    let (objects, homes) = Objects::from_scene(&one, 10).unwrap();
+    assert_eq!((objects.objects.len(), homes), (1, vec![[0, 0]]));
+    let extent = objects.objects[0].bounds.max - objects.objects[0].bounds.min;
+    assert!(extent.max_element() < 1e-5);
+}
+
+/// What a camera sees and touches, and the middles of boxes on the screen.
+fn seen(scene: &Scene, camera: &Camera, near_m: f64) -> Vec<(bool, bool, Option<[f32; 4]>)> {
+    let (objects, _) = Objects::from_scene(scene, 10).unwrap();
+    let view = View::new(camera, &objects, 160, 90, near_m).unwrap();
+    let one = |o: &Object| {
+        let rect = view.screen_rect(&o.bounds).map(|r| r.0);
+        (view.sees(&o.bounds), view.touches(&o.bounds), rect)
+    };
+    objects.objects.iter().map(one).collect()
+}
+
+#[test]
+fn scaled_and_far_scenes_are_seen_alike() {
+    let mut counts = [0_u32; 4];
+    for seed in 0..60 {
+        let scene = two_soups(seed, 1.0, 0.0);
+        let mut rng = Pcg32::seed_from_u64(seed);
+        let mut vector = || DVec3::new(rng.random(), rng.random(), rng.random()) * 16.0 - 8.0;
+        let projection = if seed % 4 == 0 {
+            Projection::Orthographic { height_m: 10.0 }
+        } else {
+            Projection::Perspective { fov_y_rad: 1.0 }
+        };
+        let (position, target) = (vector(), vector());
+        let camera = Camera { name: "c".into(), position, target, up: DVec3::Y, projection };
+        let here = seen(&scene, &camera, 0.1);
+        for (scale, radii) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e7), (1e-6, 1e7), (1e3, 1e7)] {
+            let moved = DVec3::new(1.0, -0.3, 0.7) * radii * scene.bounds().radius() * scale;
+            let mut far = scene.clone();
+            for instance in &mut far.instances {
+                instance.transform.matrix3 *= scale;
+                instance.transform.translation = instance.transform.translation * scale + moved;
+            }
+            let mut camera = camera.clone();
+            camera.position = camera.position * scale + moved;
+            camera.target = camera.target * scale + moved;
+            if let Projection::Orthographic { height_m } = &mut camera.projection {
+                *height_m *= scale;
+            }
+            let there = seen(&far, &camera, 0.1 * scale);
+            assert_eq!(here.len(), there.len());
+            for (a, b) in here.iter().zip(&there) {
+                assert_eq!((a.0, a.1, a.2.is_some()), (b.0, b.1, b.2.is_some()), "{scale} {radii}");
+                counts[usize::from(a.0) + 2 * usize::from(a.1)] += 1;
+                for (p, q) in a.2.into_iter().flatten().zip(b.2.into_iter().flatten()) {
+                    assert!((p - q).abs() <= 0.01 + 1e-3 * p.abs(), "{scale} {radii}: {p} {q}");
+                }
+            }
+        }
+    }
+    assert!(counts[0] > 100 && counts[1] > 100 && counts[3] >= 20, "{counts:?}");
 }
