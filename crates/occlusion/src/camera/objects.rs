@@ -1,6 +1,7 @@
 //! What may be drawn: templates, and objects that place them.
 
 mod build;
+mod check;
 mod clusters;
 #[cfg(test)]
 mod tests;
@@ -46,7 +47,7 @@ pub struct Object {
     pub linear: Mat3,
     /// Template space to local space: translation.
     pub translation: Vec3,
-    /// Holds the placed triangles, rounded outwards.
+    /// Holds the placed triangles in whatever order a form rounds, and the scene's own in f64.
     pub bounds: Bounds,
 }
 

@@ -63,6 +63,16 @@ fn check_against(scene: &Scene, most: u32, relative: f64) {
         assert_eq!(count, objects.triangle_count(object as u32));
         assert!(count <= most);
     }
+    // Devices may fuse and reorder.
+    for o in &objects.objects {
+        for p in &objects.templates[o.template as usize].positions {
+            let [x, y, z] = [o.linear.x_axis, o.linear.y_axis, o.linear.z_axis];
+            let fused = x.mul_add(Vec3::splat(p.x), o.translation);
+            let fused = y.mul_add(Vec3::splat(p.y), fused);
+            assert!(o.bounds.contains(z.mul_add(Vec3::splat(p.z), fused)));
+            assert!(o.bounds.contains((o.translation + z * p.z) + y * p.y + x * p.x));
+        }
+    }
     let all: std::collections::BTreeSet<_> = homes.iter().collect();
     assert_eq!(all.len(), homes.len(), "no two triangles have one home");
 }
