@@ -27,6 +27,9 @@
 //! is more than that), and since a box whose depths cannot be told apart, `4 e > D`, is grown around
 //! the eye: it counts as visible.
 
+#[cfg(test)]
+mod tests;
+
 use super::View;
 use crate::camera::objects::{Bounds, round_down, round_up};
 use glam::{DVec2, DVec3};
