@@ -228,16 +228,13 @@ fn a_window_shines_half_as_much_at_half_its_cone() {
 
 #[test]
 fn offset_streets_are_closed_and_others_are_not() {
-    let two_blocks = |city: &City| {
-        // From row to row: a block's depth, its sidewalks, a street.
-        let _ = city;
-        2.0 * (25.0 + 4.0 + 12.0)
-    };
+    // From row to row: a block's depth, its sidewalks, a street.
+    let two_blocks = 2.0 * (25.0 + 4.0 + 12.0);
     let city = of(&Knobs::default());
     let closed = camera(&city, "close_ended");
     let forward = (closed.target - closed.position).normalize();
     let distance = hit(&city, closed.position, forward).unwrap();
-    assert!(distance < two_blocks(&city), "{distance}");
+    assert!(distance < two_blocks, "{distance}");
     let long = camera(&city, "street");
     let forward = (long.target - long.position).normalize();
     assert_eq!(hit(&city, long.position, forward), None, "leaves the city");
@@ -247,7 +244,7 @@ fn offset_streets_are_closed_and_others_are_not() {
     let across = DVec3::new(corner + 220.0 + 2.0 + 6.0, 1.7, 1000.0);
     assert_eq!(hit(&grid, across, DVec3::NEG_Z), None);
     let closed = camera(&grid, "close_ended");
-    assert!(hit(&grid, closed.position, DVec3::NEG_Z).unwrap() < two_blocks(&grid));
+    assert!(hit(&grid, closed.position, DVec3::NEG_Z).unwrap() < two_blocks);
     let facade = camera(&city, "facade");
     let distance = hit(&city, facade.position, DVec3::NEG_Z).unwrap();
     assert!((4.0..5.0).contains(&distance), "{distance}");
@@ -316,18 +313,15 @@ fn cameras_walk_in_the_open_by_small_steps() {
         city.cameras.iter().for_each(|c| free(c.position));
         for path in &city.paths {
             let frames: Vec<_> = (0..path.frames).map(|i| path.camera(i).unwrap()).collect();
-            assert!(
-                path.frames == if path.name == "tour" { 133 } else { 60 } || path.frames == 122,
-                "{}",
-                path.frames
-            );
+            let wanted = if path.name == "tour" { 120..=135 } else { 60..=60 };
+            assert!(wanted.contains(&path.frames), "{}: {}", path.name, path.frames);
             let extent = scene.bounds().radius();
             for pair in frames.windows(2) {
                 free(pair[1].position);
                 let step = pair[1].position.distance(pair[0].position);
                 let forward = |c: &dapple_scene::Camera| (c.target - c.position).normalize();
                 let turn = forward(&pair[0]).angle_between(forward(&pair[1])).to_degrees();
-                let most = if path.name == "tour" { (extent / 20.0).max(12.0) } else { 1.6 };
+                let most = if path.name == "tour" { (extent / 10.0).max(12.0) } else { 1.6 };
                 assert!(step <= most && turn <= 6.0, "{}: {step} m, {turn} degrees", path.name);
             }
         }

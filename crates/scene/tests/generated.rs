@@ -88,9 +88,12 @@ fn seeds_repeat_and_differ() {
 
 #[test]
 fn first_cameras_see_light_and_shadow_in_plenty() {
-    for (name, _) in generate::NAMES {
+    // The larger cities are the small one again.
+    let large = ["city", "city_flat", "city_9", "city_15"];
+    for (name, _) in generate::NAMES.iter().filter(|(name, _)| !large.contains(name)) {
         let s = scene(name);
-        for camera in &s.cameras {
+        // One of a city's views is a facade and nothing else.
+        for camera in s.cameras.iter().filter(|c| c.name != "facade") {
             let (lit, dark) = lit_and_dark(&s, camera);
             println!("{name} \"{}\": {lit:.2} lit, {dark:.2} dark", camera.name);
             if *name == "empty_plane" {

@@ -72,6 +72,11 @@ pub fn cameras(city: &City, layout: &Layout) -> Vec<Camera> {
     ]
 }
 
+/// Whether a wall at `z` stands on the street south of the row.
+fn on_street(z: f64, places: &Places) -> bool {
+    (z + SIDEWALK_M - places.mouth_z).abs() < 1e-6
+}
+
 /// A height above all roofs, metres.
 fn above_roofs(city: &City) -> f64 {
     city.buildings.iter().map(|b| b.eaves_m).fold(0.0, f64::max) + ABOVE_M
@@ -82,10 +87,9 @@ fn above_roofs(city: &City) -> f64 {
 fn facade(city: &City, places: &Places) -> DVec3 {
     let free = city.buildings.iter().filter(|b| !b.facades[0].party);
     let best = free.max_by(|a, b| {
-        let on_street = |z: f64| (z + SIDEWALK_M - places.mouth_z).abs() < 1e-6;
         let away = |x: f64| (x - places.across_x).abs();
-        on_street(a.outer.max.z)
-            .cmp(&on_street(b.outer.max.z))
+        on_street(a.outer.max.z, places)
+            .cmp(&on_street(b.outer.max.z, places))
             .then(a.storeys.cmp(&b.storeys))
             .then(away(b.outer.centre().x).total_cmp(&away(a.outer.centre().x)))
     });
@@ -95,7 +99,7 @@ fn facade(city: &City, places: &Places) -> DVec3 {
 }
 
 /// `street`: 60 frames of a walk down the long street. `turn`: along that street and round a corner
-/// into the street across. `tour`: 121 frames through all four views, walking, then flying.
+/// into the street across. `tour`: about 120 frames through all four views, walking, then flying.
 pub fn paths(city: &City, layout: &Layout, cameras: &[Camera]) -> Vec<CameraPath> {
     let places = Places::of(layout);
     let [street, close_ended, facade, birds_eye] = cameras else { return vec![] };
@@ -107,15 +111,22 @@ pub fn paths(city: &City, layout: &Layout, cameras: &[Camera]) -> Vec<CameraPath
     let roofs = above_roofs(city);
     let junction = DVec3::new(places.across_x, EYE_M, places.along_z);
     let mouth = DVec3::new(places.across_x, EYE_M, places.mouth_z.max(close_ended.position.z));
-    let tour = [
-        Stop::at(facade, 0),
-        Stop::at(close_ended, 24),
+    // Along the street where the facade stands on it, else over the roofs.
+    let first = if on_street(facade.position.z - FACADE_M, &places) {
+        vec![Stop::at(facade, 0), Stop::at(close_ended, 24)]
+    } else {
+        let over =
+            |c: &Camera, frames| Stop { position: c.position.with_y(roofs), ..Stop::at(c, frames) };
+        vec![Stop::at(facade, 0), over(facade, 8), over(close_ended, 8), Stop::at(close_ended, 8)]
+    };
+    let mut tour = first;
+    tour.extend([
         Stop { position: mouth, forward: DVec3::NEG_Z, frames: if places.closed { 1 } else { 12 } },
         Stop { position: junction, forward: DVec3::NEG_Z, frames: 12 },
         Stop::at(street, 34),
         Stop { position: street.position.with_y(roofs), forward: DVec3::X, frames: 10 },
         Stop::at(birds_eye, 40),
-    ];
+    ]);
     vec![
         path("street", keys("street", &walk)),
         path("turn", turn(layout, junction)),
