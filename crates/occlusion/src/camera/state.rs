@@ -89,6 +89,8 @@ pub(super) struct Room {
     pub again: Vec<u32>,
     /// Inner nodes traversed in this frame, parents first.
     pub inner: Vec<u32>,
+    /// Nodes taken from the queue in this frame that the frustum does not hold.
+    pub outside: Vec<u32>,
     /// Nodes that stand for a node in its query, and their level below it.
     pub tight: Vec<(u32, u32)>,
 }

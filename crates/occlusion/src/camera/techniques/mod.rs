@@ -20,7 +20,7 @@ mod multiquery;
 pub mod oracle;
 mod simple;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod tight_bounds;
 mod walk;
 

@@ -49,6 +49,7 @@ impl Walk<'_> {
         room.visible.clear();
         room.again.clear();
         room.inner.clear();
+        room.outside.clear();
         if let Some(root) = self.tree.nodes.first() {
             room.queue.push(self.view.distance(&root.bounds), 0);
         }
@@ -58,6 +59,10 @@ impl Walk<'_> {
     /// Ends the frame.
     pub fn end(&mut self) -> Result<(), OcclusionError> {
         self.flush()?;
+        // Last, as an answer about an earlier frame may have come in between.
+        while let Some(node) = self.state.room.outside.pop() {
+            self.cover(node, 0);
+        }
         if self.settings.coverage == Coverage::Summed {
             sum_up(self.tree, &self.state.room.inner, &mut self.state.coverage);
         }
@@ -71,7 +76,7 @@ impl Walk<'_> {
             if self.view.sees(&self.tree.nodes[node as usize].bounds) {
                 return Some(node);
             }
-            self.cover(node, 0);
+            self.state.room.outside.push(node);
         }
         None
     }
@@ -237,11 +242,7 @@ impl Walk<'_> {
         let nodes = std::mem::take(&mut self.state.room.answered);
         if !answer.visible || nodes.len() == 1 {
             for &node in &nodes {
-                // What an earlier frame asked says less than that this one found it out of sight.
-                let visited = self.state.nodes[node as usize].visited;
-                if self.out.work.nodes == 0 || visited == self.state.frame {
-                    self.cover(node, answer.pixels);
-                }
+                self.cover(node, answer.pixels);
                 let memory = &mut self.state.nodes[node as usize];
                 memory.hidden = if answer.visible { 0 } else { memory.hidden.saturating_add(1) };
             }

@@ -87,7 +87,9 @@ fn a_wrong_sum_is_caught() {
 #[test]
 fn what_leaves_the_view_covers_nothing_and_what_cannot_be_asked_everything() {
     let cube = |x: f32| (Vec3::new(x, 0.0, -1.0), Vec3::splat(2.0));
-    let world = World::boxes(&[cube(10.0), cube(-10.0), cube(-1.0)]);
+    // The eye stands just above a slab, near enough for the near plane to cut it.
+    let slab = (Vec3::new(-1.0, -1.0, -1.0), Vec3::new(2.0, 1.95, 2.0));
+    let world = World::boxes(&[cube(10.0), cube(-10.0), slab]);
     for technique in [Technique::StopAndWait, Technique::Chc, Technique::ChcPlusPlus] {
         let settings = Settings::new(technique);
         let mut renderer = world.renderer(1);

@@ -4,4 +4,4 @@ mod coverage;
 mod extremes;
 mod options;
 mod properties;
-mod world;
+pub(in crate::camera) mod world;

@@ -40,7 +40,6 @@ fn each_technique_draws_no_more_than_the_one_before() {
     let [none, frustum, stop, chc, plus] = &work[..] else { panic!("five techniques") };
     assert!(frustum.triangles < none.triangles, "{frustum:?} {none:?}");
     assert!(stop.triangles < frustum.triangles, "{stop:?} {frustum:?}");
-    println!("{work:#?}");
     assert_eq!((none.nodes, none.queries, frustum.queries), (0, 0, 0));
     // Coherence lets some be drawn that waiting would have culled, far fewer than there are.
     for coherent in [chc, plus] {
