@@ -18,14 +18,20 @@
 //! - One triangle at a time is set up; the original sets up as many as there are lanes.
 
 mod buffer;
+mod connectivity;
+mod culler;
 mod fast;
+mod occluders;
 mod project;
 mod reference;
 mod silhouette;
 mod triangle;
 
 pub use buffer::{Buffer, Form, Occluder};
-pub use silhouette::Edges;
+pub use connectivity::Connectivity;
+pub use culler::{Culler, Settings};
+pub use occluders::Occluders;
+pub use silhouette::{Edges, MOVED};
 pub use triangle::Facing;
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::buffer::{Buffer, Occluder, TILE_HEIGHT, TILE_WIDTH, Tile};
 use super::project::{Projection, STEPS};
 use super::silhouette::each_triangle;
-use super::triangle::{MOVED, Triangle};
+use super::triangle::Triangle;
 use crate::OcclusionError;
 
 pub(super) fn rasterise(
@@ -62,7 +62,7 @@ fn covers(triangle: &Triangle, x: i32, y: i32) -> bool {
     (0..3).all(|i| {
         let (a, b) = (triangle.corners[i], triangle.corners[(i + 1) % 3]);
         let (dx, dy) = (i64::from(b.x) - i64::from(a.x), i64::from(b.y) - i64::from(a.y));
-        let inset = if triangle.open[i] { i64::from(MOVED) } else { 0 };
+        let inset = if triangle.open[i] { i64::from(triangle.inset) } else { 0 };
         let aside = (px - i64::from(a.x)) * dy - (py - i64::from(a.y)) * dx;
         let moved = inset * (dy.abs() + dx.abs());
         match dy.signum() {

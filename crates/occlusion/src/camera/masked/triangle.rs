@@ -21,12 +21,29 @@ pub enum Facing {
     Clockwise,
 }
 
+impl Facing {
+    /// Whether a triangle of this [`doubled_area`] is drawn.
+    #[inline(always)]
+    pub(super) fn draws(self, area: i64) -> bool {
+        match self {
+            Self::Both => area != 0,
+            Self::CounterClockwise => area < 0,
+            Self::Clockwise => area > 0,
+        }
+    }
+}
+
+/// What is taken off a triangle for the sake of renderers that draw it a little elsewhere.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Care {
+    /// How far open edges are moved inwards, steps; depths are those of the farthest point so near.
+    pub inset: i32,
+    /// Depths are farther by this share of themselves.
+    pub slack: f64,
+}
+
 /// What decides ties, pixels.
 const BIAS: f64 = 1.0 / (1u64 << 34) as f64;
-/// How far another renderer may move a triangle, steps: its own snapping and ours, half a step each,
-/// and the rounding of positions, which at sides up to 16384 pixels is less than two.
-pub(super) const MOVED: i32 = 3;
-const MOVED_PX: f64 = MOVED as f64 / STEPS as f64;
 /// Relative error of depths in `f32`, generously.
 const DEPTH_ERROR: f64 = 1.0 / (1u32 << 20) as f64;
 /// Stands for "at every row": an edge's crossing where a side has but one.
@@ -58,6 +75,8 @@ pub(super) struct Triangle {
     pub corners: [Vertex; 3],
     /// Whether the edge from each corner to the next is moved inwards.
     pub open: [bool; 3],
+    /// How far open edges are moved inwards, steps.
+    pub inset: i32,
     /// Rows that it may cover, half-open, within the image.
     pub rows: [i32; 2],
     /// Columns, likewise.
@@ -82,6 +101,12 @@ pub(super) struct Plane {
 }
 
 impl Plane {
+    /// How much nearer or farther it gets in one pixel, at most.
+    #[inline(always)]
+    pub(super) fn steepness(&self) -> f64 {
+        self.gradient[0].abs() + self.gradient[1].abs()
+    }
+
     /// At the upper left corner of a tile.
     #[inline(always)]
     pub(super) fn at(&self, x: i32, y: i32) -> f32 {
@@ -104,22 +129,17 @@ pub(super) fn doubled_area([a, b, c]: [Vertex; 3]) -> i64 {
 
 impl Triangle {
     /// `None` for triangles that face the wrong way or cover no pixel. Edges that are `open` are
-    /// moved inwards. Depths are taken to be farther by the share `slack`.
+    /// moved inwards.
     #[inline(always)]
     pub(super) fn new(
         mut corners: [Vertex; 3],
         mut open: [bool; 3],
         facing: Facing,
-        slack: f64,
+        care: Care,
         size: [i32; 2],
     ) -> Option<Self> {
         let area = doubled_area(corners);
-        let wanted = match facing {
-            Facing::Both => area != 0,
-            Facing::CounterClockwise => area < 0,
-            Facing::Clockwise => area > 0,
-        };
-        if !wanted {
+        if !facing.draws(area) {
             return None;
         }
         if area < 0 {
@@ -137,11 +157,12 @@ impl Triangle {
         let mut triangle = Self {
             corners,
             open,
+            inset: care.inset,
             rows,
             columns,
             left: [Edge { x: -NOWHERE, y: 0.0, slope: 0.0 }; 2],
             right: [Edge { x: NOWHERE, y: 0.0, slope: 0.0 }; 2],
-            plane: Plane::new(corners, area.unsigned_abs() as f64, slack),
+            plane: Plane::new(corners, area.unsigned_abs() as f64, care),
         };
         triangle.set_edges();
         Some(triangle)
@@ -153,7 +174,7 @@ impl Triangle {
         for i in 0..3 {
             let (from, to) = (self.corners[i], self.corners[(i + 1) % 3]);
             let (dx, dy) = (to.x - from.x, to.y - from.y);
-            let inset = if self.open[i] { MOVED } else { 0 };
+            let inset = if self.open[i] { self.inset } else { 0 };
             if dy == 0 {
                 // Rightwards is the upper side, leftwards the lower.
                 if dx > 0 {
@@ -191,18 +212,24 @@ impl Triangle {
     }
 }
 
+#[inline(always)]
+fn pixels(steps: i32) -> f64 {
+    f64::from(steps) * (1.0 / STEPS as f64)
+}
+
 impl Plane {
+    /// From corners and the absolute value of their [`doubled_area`].
     #[inline(always)]
-    fn new([a, b, c]: [Vertex; 3], area: f64, slack: f64) -> Self {
-        let delta = |to: i32, from: i32| f64::from(to - from) / f64::from(STEPS);
-        let (bx, by) = (delta(b.x, a.x), delta(b.y, a.y));
-        let (cx, cy) = (delta(c.x, a.x), delta(c.y, a.y));
+    pub(super) fn new([a, b, c]: [Vertex; 3], area: f64, care: Care) -> Self {
+        let [(bx, by), (cx, cy)] = [b, c].map(
+            #[inline(always)]
+            |v| (pixels(v.x - a.x), pixels(v.y - a.y)),
+        );
         let (za, zb, zc) = (f64::from(a.z), f64::from(b.z), f64::from(c.z));
         let (bz, cz) = (zb - za, zc - za);
         let inverse = f64::from(STEPS * STEPS) / area;
         let gradient = [(bz * cy - cz * by) * inverse, (cz * bx - bz * cx) * inverse];
-        let origin =
-            za - (f64::from(a.x) * gradient[0] + f64::from(a.y) * gradient[1]) / f64::from(STEPS);
+        let origin = za - pixels(a.x) * gradient[0] - pixels(a.y) * gradient[1];
 
         let nearest = za.abs().max(zb.abs()).max(zc.abs());
         let steep = gradient[0].abs() + gradient[1].abs();
@@ -211,17 +238,17 @@ impl Plane {
         // the triangle in a tile that it touches.
         let sliver = (bz.abs() + cz.abs()) * reach * inverse * (reach + 64.0) * 1e-15;
         // 65536 pixels: how far the plane's origin may be.
-        let margin = MOVED_PX * steep
+        let margin = pixels(care.inset) * steep
             + DEPTH_ERROR * (32.0 * steep + nearest)
             + sliver
-            + slack * nearest
+            + care.slack * nearest
             + (65_536.0 * steep + nearest) * 1e-14;
         let far = |g: f64, side: f64| if g > 0.0 { 0.5 * g } else { (side - 0.5) * g };
         let corner = far(gradient[0], 8.0) + far(gradient[1], 4.0) - margin;
         let (gx, gy) = (8.0 * gradient[0], 4.0 * gradient[1]);
         let offsets =
             std::array::from_fn(|i| (corner + (i % 4) as f64 * gx + (i / 4) as f64 * gy) as f32);
-        let farthest = za.min(zb).min(zc) - (DEPTH_ERROR + slack) * nearest;
+        let farthest = za.min(zb).min(zc) - (DEPTH_ERROR + care.slack) * nearest;
         Self { origin, gradient, offsets, farthest: farthest as f32 }
     }
 }

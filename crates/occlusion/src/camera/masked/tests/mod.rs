@@ -1,6 +1,7 @@
 //! Masked culling never hides what a depth for each pixel would show.
 
 mod cases;
+mod culling;
 mod truth;
 
 use super::buffer::Tile;
@@ -51,15 +52,23 @@ proptest! {
     #[test]
     fn nothing_is_hidden_that_another_renderer_shows(kind in 0..KINDS, seed: u64) {
         let case = case(kind, seed);
-        let buffer = drawn(Form::Fast, &case, Edges::Inset);
-        prop_assert_eq!(wrongly_hidden(&buffer, &depths(&case, |_| [0.0; 2])), 0);
-        prop_assert_eq!(wrongly_hidden(&buffer, &depths(&case, moved(seed))), 0);
+        let connectivity = Connectivity::new(&case.positions, &case.triangles);
+        for edges in [Edges::Inset(MOVED), Edges::Silhouette(MOVED, &connectivity)] {
+            let buffer = drawn(Form::Fast, &case, edges);
+            prop_assert_eq!(wrongly_hidden(&buffer, &depths(&case, |_| [0.0; 2])), 0);
+            prop_assert_eq!(wrongly_hidden(&buffer, &depths(&case, moved(seed))), 0);
+        }
     }
 
     #[test]
-    fn both_forms_give_the_same_bits(kind in 0..KINDS, seed: u64, inset: bool) {
+    fn both_forms_give_the_same_bits(kind in 0..KINDS, seed: u64, edges in 0..3) {
         let case = case(kind, seed);
-        let edges = if inset { Edges::Inset } else { Edges::Exact };
+        let connectivity = Connectivity::new(&case.positions, &case.triangles);
+        let edges = match edges {
+            0 => Edges::Exact,
+            1 => Edges::Inset(131),
+            _ => Edges::Silhouette(131, &connectivity),
+        };
         let [fast, reference] = [Form::Fast, Form::Reference].map(|form| drawn(form, &case, edges));
         prop_assert_eq!(bits(&fast), bits(&reference));
     }
@@ -92,7 +101,7 @@ proptest! {
             for i in (1..case.triangles.len()).rev() {
                 case.triangles.swap(i, random.random_range(0..=i));
             }
-            let buffer = drawn(Form::Fast, &case, Edges::Inset);
+            let buffer = drawn(Form::Fast, &case, Edges::Inset(MOVED));
             prop_assert_eq!(wrongly_hidden(&buffer, &truth), 0);
         }
     }
@@ -117,7 +126,7 @@ fn a_buffer_that_hides_too_much_is_caught() {
         let case = case(0, seed);
         let mut nearer = case.clone();
         nearer.clip.z_axis.z = -0.05;
-        let buffer = drawn(Form::Fast, &nearer, Edges::Inset);
+        let buffer = drawn(Form::Fast, &nearer, Edges::Inset(MOVED));
         caught += usize::from(wrongly_hidden(&buffer, &depths(&case, |_| [0.0; 2])) > 0);
     }
     assert!(caught > 20, "{caught} of 40");
@@ -140,6 +149,29 @@ fn square(size: [u32; 2], split: bool, depth: f32) -> Case {
     let positions = vec![corner(0.0, 0.0), corner(w, 0.0), corner(w, h), corner(0.0, h)];
     let triangles = if split { vec![[0, 1, 2], [0, 2, 3]] } else { vec![[1, 2, 3], [0, 1, 3]] };
     Case { size, clip: pixels(size), positions, triangles }
+}
+
+/// Sheets are worth more whole: a silhouette covers more than insets do.
+#[test]
+fn silhouettes_leave_no_cracks() {
+    let (mut along, mut inset) = (0, 0);
+    for seed in 0..40 {
+        let mut case = case(5, seed);
+        // Nowhere steep.
+        case.positions.iter_mut().for_each(|p| p.z = 0.5 + 0.01 * (p.z - 0.5));
+        let connectivity = Connectivity::new(&case.positions, &case.triangles);
+        let covered = |edges| {
+            let buffer = drawn(Form::Fast, &case, edges);
+            let pixels =
+                (0..case.size[0] * case.size[1]).map(|i| (i % case.size[0], i / case.size[0]));
+            pixels.filter(|&(x, y)| !buffer.shows([x, x + 1], [y, y + 1], 0.05)).count()
+        };
+        let (a, b) = (covered(Edges::Silhouette(40, &connectivity)), covered(Edges::Inset(40)));
+        assert!(a >= b, "seed {seed}");
+        along += a;
+        inset += b;
+    }
+    assert!(along as f64 > 1.2 * inset as f64, "{along} against {inset}");
 }
 
 #[test]
@@ -304,7 +336,7 @@ fn the_largest_image_holds_the_largest_triangle() {
     case.positions =
         vec![Vec3::new(-1e9, -1e9, 0.25), Vec3::new(1e9, -1e9, 0.25), Vec3::new(0.0, 1e9, 0.25)];
     case.triangles = vec![[0, 1, 2]];
-    let buffer = drawn(Form::Fast, &case, Edges::Inset);
+    let buffer = drawn(Form::Fast, &case, Edges::Inset(MOVED));
     let shown = |&x: &u32| buffer.shows([x, x + 1], [0, 8], 0.2);
     assert_eq!((0..16_384).filter(shown).count(), 0, "{:?}", buffer.tiles[3]);
     assert_eq!(buffer.bytes(), 512 * 96);
