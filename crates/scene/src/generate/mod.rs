@@ -77,7 +77,7 @@ pub const NAMES: &[(&str, &str)] = &[
     ("city_trees", "the small city with 12 trees a block: what has holes must hide nothing"),
     ("city_flat", "the city with 7 storeys everywhere: every roof hides what lies behind"),
     ("city_9", "9 x 9 blocks"),
-    ("city_15", "15 x 15 blocks, 2.5 million triangles: work must grow with what is seen"),
+    ("city_15", "15 x 15 blocks, 2.8 million triangles: work must grow with what is seen"),
 ];
 
 /// Generates a scene of [`NAMES`]; `None` for an unknown name. Every one validates, has a

@@ -99,7 +99,7 @@ fn facade(city: &City, places: &Places) -> DVec3 {
 }
 
 /// `street`: 60 frames of a walk down the long street. `turn`: along that street and round a corner
-/// into the street across. `tour`: about 120 frames through all four views, walking, then flying.
+/// into the street across. `tour`: about 130 frames through all four views, walking, then flying.
 pub fn paths(city: &City, layout: &Layout, cameras: &[Camera]) -> Vec<CameraPath> {
     let places = Places::of(layout);
     let [street, close_ended, facade, birds_eye] = cameras else { return vec![] };
@@ -117,12 +117,12 @@ pub fn paths(city: &City, layout: &Layout, cameras: &[Camera]) -> Vec<CameraPath
     } else {
         let over =
             |c: &Camera, frames| Stop { position: c.position.with_y(roofs), ..Stop::at(c, frames) };
-        vec![Stop::at(facade, 0), over(facade, 8), over(close_ended, 8), Stop::at(close_ended, 8)]
+        vec![Stop::at(facade, 0), over(facade, 8), over(close_ended, 12), Stop::at(close_ended, 8)]
     };
     let mut tour = first;
     tour.extend([
-        Stop { position: mouth, forward: DVec3::NEG_Z, frames: if places.closed { 1 } else { 12 } },
-        Stop { position: junction, forward: DVec3::NEG_Z, frames: 12 },
+        Stop { position: mouth, forward: DVec3::NEG_Z, frames: if places.closed { 1 } else { 18 } },
+        Stop { position: junction, forward: DVec3::NEG_Z, frames: 20 },
         Stop::at(street, 34),
         Stop { position: street.position.with_y(roofs), forward: DVec3::X, frames: 10 },
         Stop::at(birds_eye, 40),
