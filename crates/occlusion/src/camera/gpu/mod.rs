@@ -18,6 +18,7 @@ mod times;
 pub(crate) use pipelines::{Pipelines, ViewParams};
 pub use renderer::{Counters, Renderer};
 pub use scene::Scene;
+pub(crate) use scene::upload;
 pub use settings::{Counting, Drawing, Fault, Settings};
 pub use targets::Surface;
 pub(crate) use targets::Targets;

@@ -207,7 +207,7 @@ fn placed(object: &crate::camera::Object) -> Placed {
 }
 
 /// A buffer that holds `data`, or one zero: a binding of no elements is refused.
-fn upload<T: Pod>(gpu: &Gpu, label: &str, data: &[T]) -> Result<wgpu::Buffer, GpuError> {
+pub(crate) fn upload<T: Pod>(gpu: &Gpu, label: &str, data: &[T]) -> Result<wgpu::Buffer, GpuError> {
     if data.is_empty() { gpu.upload(label, &[T::zeroed()]) } else { gpu.upload(label, data) }
 }
 

@@ -19,8 +19,10 @@
 //!
 //! - [`mod@reference`]: every pixel of a rectangle is looked at: the most that boxes can cull.
 //! - [`cpu`]: the pyramid, asked a few texels a box, flat or down the tree.
+//! - [`gpu`]: the same in kernels, without a tree and without a word to the host.
 
 pub mod cpu;
+pub mod gpu;
 pub mod pyramid;
 pub mod reference;
 #[cfg(test)]
