@@ -226,7 +226,8 @@ impl World {
     }
 }
 
-/// Pixels that differ: in depth, or in what owns them save at equal depth, where either may.
+/// Pixels that differ in depth. At equal depth either of two objects may own a pixel, by the order of
+/// drawing.
 pub fn differences(a: &Image, b: &Image) -> usize {
     assert_eq!((a.width, a.height), (b.width, b.height));
     a.depth.iter().zip(&b.depth).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
@@ -237,12 +238,13 @@ pub struct OneByOne {
     pub inner: Reference,
     pub groups: usize,
     pub wrong: usize,
+    pub first_box_only: bool,
     pending: std::collections::VecDeque<(usize, Vec<u32>)>,
 }
 
 impl OneByOne {
     pub fn new(inner: Reference) -> Self {
-        Self { inner, groups: 0, wrong: 0, pending: Default::default() }
+        Self { inner, groups: 0, wrong: 0, first_box_only: false, pending: Default::default() }
     }
 }
 
@@ -260,6 +262,9 @@ impl Renderer for OneByOne {
         let single = |i: usize| Query { boxes: i as u32..i as u32 + 1 };
         let each: Vec<Query> = (0..boxes.len()).map(single).collect();
         let mut all = queries.to_vec();
+        if self.first_box_only {
+            all.iter_mut().for_each(|q| q.boxes.end = q.boxes.start + 1);
+        }
         all.extend(each);
         let sizes = queries.iter().map(|q| q.boxes.len() as u32).collect();
         self.pending.push_back((queries.len(), sizes));
