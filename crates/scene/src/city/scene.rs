@@ -2,7 +2,7 @@
 
 use super::{Building, City, GroundKind, rim, templates, windows};
 use crate::{AlphaTest, Instance, Light, Material, Mesh, Scene};
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::collections::HashMap;
 
 /// Where an instance belongs: the path that a hierarchy over the city follows.
@@ -143,7 +143,7 @@ impl Builder {
         let [width, height] = templates::STOREY.map(f64::from);
         for (f, facade) in building.facades.iter().enumerate() {
             let normal = windows::outward(facade);
-            let along = (facade.to - facade.from) / width;
+            let along = (facade.to - facade.from) / width + DVec2::ZERO;
             let matrix3 = DMat3::from_cols(
                 DVec3::new(along.x, 0.0, along.y),
                 DVec3::new(0.0, storey_m / height, 0.0),

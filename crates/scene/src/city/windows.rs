@@ -84,5 +84,6 @@ fn is_lit(facade: &Facade) -> bool {
 /// The outward normal of a facade in (x, z), unit length; 0 for a facade without length.
 pub fn outward(facade: &Facade) -> DVec2 {
     let along = facade.to - facade.from;
-    DVec2::new(-along.y, along.x).normalize_or_zero()
+    // 0 is added so that no -0 remains, which files do not keep.
+    DVec2::new(-along.y, along.x).normalize_or_zero() + DVec2::ZERO
 }

@@ -49,7 +49,7 @@ impl Layout {
     /// The layout that `knobs` ask for.
     pub fn new(knobs: &Knobs) -> Self {
         let (lots, block) = lots(knobs.shape);
-        let street_m = (knobs.street_m * 64.0).round() / 64.0;
+        let street_m = rounded(knobs.street_m);
         let slab = block + 2.0 * SIDEWALK_M;
         let pitch = slab + street_m;
         let shifted = knobs.brick_offset && knobs.blocks_z > 1;
@@ -103,4 +103,9 @@ fn lots(shape: BlockShape) -> (Vec<Lot>, DVec2) {
     let lots: Vec<Lot> = cells.iter().map(lot).collect();
     let size = lots.iter().fold(DVec2::ZERO, |size, lot| size.max(lot.min + LOT_M));
     (lots, size)
+}
+
+/// A length rounded to 1/64 m.
+pub fn rounded(length_m: f64) -> f64 {
+    (length_m * 64.0).round() / 64.0
 }
