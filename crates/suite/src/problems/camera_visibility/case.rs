@@ -278,7 +278,9 @@ fn object_keys(
     let mut keys = vec![Vec::new(); objects.objects.len()];
     let placed = scene.world_triangles().map(|((instance, _), _)| instance);
     for (instance, [object, within]) in placed.zip(owners) {
-        let key: &mut Vec<u32> = &mut keys[*object as usize];
+        let Some(key) = keys.get_mut(*object as usize) else {
+            continue;
+        };
         if *within == 0 || key.is_empty() {
             *key = match parts[instance as usize] {
                 Part::Storey { block, building, facade, storey } => {

@@ -4,10 +4,14 @@ use super::{case::VisibilityCase, drawer::Drawer, settings};
 use crate::{SuiteError, knob::Get, problem::Setting};
 use dapple_occlusion::camera::{
     Coverage, Frame, Image, Settings, State, Technique, Tree, exact_coverage,
+    cells::{CellLimits, view_cells},
     hierarchical_depth::{self, cpu},
     software, techniques,
 };
 use std::rc::Rc;
+
+/// Share of the image up to which a view cell is not divided: 16,384 pixels of 1200 x 900.
+const CELL_SHARE: f64 = 16_384.0 / (1200.0 * 900.0);
 
 /// A technique made ready.
 pub enum Method {
@@ -114,6 +118,11 @@ impl Method {
         }
     }
 
+    /// Whether the truth itself says what to draw.
+    pub fn is_told(&self) -> bool {
+        matches!(self, Self::Oracle)
+    }
+
     /// Stored coverage of the leaves of objects that own pixels of the last frame, and those pixels.
     pub fn coverage(&self, case: &VisibilityCase<'_>, image: &Image) -> Option<(u64, u64)> {
         let Self::Asks { settings, tree, state } = self else { return None };
@@ -136,9 +145,25 @@ impl Method {
         Some((stored, owned))
     }
 
-    /// View cells of the last frame, by its coverage.
-    pub fn cells(&self, _case: &VisibilityCase<'_>) -> Option<u64> {
-        None
+    /// View cells of the last frame: what was `drawn`, cut where a node covers more than the
+    /// threshold's share of the image.
+    ///
+    /// # Errors
+    /// None for what this technique itself drew.
+    pub fn cells(
+        &self,
+        case: &VisibilityCase<'_>,
+        drawn: &[u32],
+    ) -> Result<Option<u64>, SuiteError> {
+        let Self::Asks { settings, tree, state } = self else { return Ok(None) };
+        if matches!(settings.technique, Technique::None | Technique::Frustum) {
+            return Ok(None);
+        }
+        let [width, height] = case.size().map(f64::from);
+        let tau_px = (CELL_SHARE * width * height).round() as u32;
+        let limits = CellLimits { tau_px, most_level: u32::MAX };
+        let cells = view_cells(tree, state.coverage(), &tree.levels(), drawn, limits)?;
+        Ok(Some(cells.cells.len() as u64))
     }
 
     /// Bytes of what is remembered and of the hierarchy.

@@ -13,7 +13,10 @@ pub static SPEC: Spec = Spec {
     truth: "Item buffer by rays along a camera path: an object is seen if it owns a pixel.",
     metrics: METRICS,
     axis: "overdraw",
-    constraints: &[Constraint { metric: "missed", limit: 0.0 }],
+    constraints: &[
+        Constraint { metric: "missed", limit: 0.0 },
+        Constraint { metric: "foreknowledge", limit: 0.0 },
+    ],
     levels: [1.0, 3.0, 10.0],
     pictures: true,
     parameters: PARAMETERS,
@@ -41,6 +44,7 @@ const METRICS: &[Metric] = &[
         "coverage_excess",
         "stored coverage of the objects that own pixels, over the pixels they own, minus 1",
     ),
+    metric("foreknowledge", "1 where the truth itself says what to draw: a bound, not a method"),
 ];
 
 const PARAMETERS: &[Knob] = &[

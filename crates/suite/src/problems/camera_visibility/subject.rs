@@ -141,6 +141,8 @@ impl Subject for PathSubject<'_, '_> {
             }
         }
         checked.errors = score.errors();
+        let told = if self.method.is_told() { 1.0 } else { 0.0 };
+        checked.errors.insert("foreknowledge".into(), told);
         if covered.1 > 0 {
             let excess = covered.0 as f64 / covered.1 as f64 - 1.0;
             checked.errors.insert("coverage_excess".into(), excess);
@@ -157,7 +159,7 @@ impl Subject for PathSubject<'_, '_> {
         if calls > 0 {
             checked.counters.insert("draw_calls".into(), calls);
         }
-        if let Some(cells) = self.method.cells(self.case) {
+        if let Some(cells) = self.method.cells(self.case, &self.out.drawn)? {
             checked.counters.insert("view_cells".into(), cells);
         }
         checked.memory_bytes = self.method.bytes() + self.drawer.bytes(self.case);
