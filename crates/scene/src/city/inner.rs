@@ -380,7 +380,7 @@ fn lines(mut corners: Vec<f64>) -> Vec<f64> {
     if corners.len() > LINES {
         let all = std::mem::take(&mut corners);
         corners.extend((0..LINES).map(|i| all[i * (all.len() - 1) / (LINES - 1)]));
-    } else if corners.len() > 2 {
+    } else {
         corners.extend((1..EVEN_LINES).map(|i| lo + (hi - lo) * i as f64 / EVEN_LINES as f64));
         corners.sort_by(f64::total_cmp);
         apart(&mut corners);
