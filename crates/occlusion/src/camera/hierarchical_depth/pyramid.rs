@@ -175,11 +175,9 @@ fn join_rows(parents: &mut [f32], rows: &[f32], width: usize, join: impl Fn(f32,
     for (parent, (u, l)) in parents.iter_mut().zip(pairs) {
         *parent = join(join(u[0], u[1]), join(l[0], l[1]));
     }
-    if width % 2 == 1 {
-        if let (Some(parent), Some(&u), Some(&l)) = (parents.last_mut(), upper.last(), lower.last())
-        {
-            *parent = join(u, l);
-        }
+    let ends = (parents.last_mut(), upper.last(), lower.last());
+    if let (1, (Some(parent), Some(&u), Some(&l))) = (width % 2, ends) {
+        *parent = join(u, l);
     }
 }
 
