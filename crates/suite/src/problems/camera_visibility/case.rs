@@ -81,8 +81,7 @@ impl<'g> VisibilityCase<'g> {
         let size = [width, (width * 9 / 16).max(1)];
         let samples = parameters.int("truth_samples")? as u32;
         let most = parameters.int("object_triangles")? as u32;
-        let (view, cameras) =
-            scene::cameras(&scene, &case.view, parameters.int("frames")? as u32)?;
+        let (view, cameras) = scene::cameras(&scene, &case.view, parameters.int("frames")? as u32)?;
         let (objects, owners) = Objects::from_scene(&scene, most)?;
         let near_m = NEAR * scene.bounds().radius();
         let views = cameras
@@ -90,9 +89,9 @@ impl<'g> VisibilityCase<'g> {
             .map(|camera| View::new(camera, &objects, size[0], size[1], near_m))
             .collect::<Result<Vec<_>, _>>()?;
         let tracer = Tracer::build(&scene)?;
-        let frames =
-            Frames { cameras: &cameras, views: &views, size, samples, owners: &owners };
-        let key = format!("{hash} {cameras:?} {size:?} near {near_m:?} samples {samples} most {most}");
+        let frames = Frames { cameras: &cameras, views: &views, size, samples, owners: &owners };
+        let key =
+            format!("{hash} {cameras:?} {size:?} near {near_m:?} samples {samples} most {most}");
         let truth = Truth::of(&key, &tracer, &frames)?;
         let seen = truth.frames.iter().map(Vec::len).max().unwrap_or(0);
         if seen == 0 {
@@ -153,6 +152,11 @@ impl<'g> VisibilityCase<'g> {
     /// Corners of boxes inscribed in buildings, local space; `None` for a scene that is no city.
     pub fn inner(&self) -> Option<&[[glam::Vec3; 8]]> {
         self.inner.as_deref()
+    }
+
+    /// The scene's name.
+    pub fn scene(&self) -> &str {
+        &self.facts.scene
     }
 
     /// One a frame.
@@ -269,7 +273,7 @@ impl<'g> VisibilityCase<'g> {
 }
 
 /// Where each object belongs in the city: its instance's part, as a path of numbers.
-fn object_keys(
+pub(super) fn object_keys(
     parts: &[Part],
     scene: &dapple_scene::Scene,
     owners: &[[u32; 2]],

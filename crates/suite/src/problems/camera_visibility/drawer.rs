@@ -7,7 +7,7 @@ use crate::{
 };
 use dapple_occlusion::camera::{
     Image, Readiness, Renderer, gpu,
-    hierarchical_depth::ShowsDepth,
+    hierarchical_depth::{ShowsDepth, gpu::Culler},
     software::{Fast, Reference},
 };
 use std::sync::Arc;
@@ -20,6 +20,13 @@ pub enum Drawer<'g> {
     Fast(Box<Fast>),
     /// The device's.
     Device(Box<gpu::Renderer<'g>>),
+    /// The device's, which decides by itself what to draw: it is no renderer.
+    Culler {
+        /// Two passes with a pyramid of depths.
+        culler: Box<Culler<'g>>,
+        /// Times of the last frame's passes.
+        passes: Vec<(&'static str, u64)>,
+    },
 }
 
 impl<'g> Drawer<'g> {
@@ -31,9 +38,22 @@ impl<'g> Drawer<'g> {
         if setting.form != Form::Gpu {
             return Self::software(case, setting.form, settings::readiness(setting)?);
         }
+        if setting.technique == "hierarchical-depth" {
+            let (gpu, scene) = case.device()?;
+            let settings = settings::hierarchical(setting)?;
+            let culler = Culler::new(gpu, &scene, case.objects(), &settings)?;
+            return Ok(Self::Culler { culler: Box::new(culler), passes: Vec::new() });
+        }
+        Self::device(case, settings::device(setting)?)
+    }
+
+    /// One on the device.
+    ///
+    /// # Errors
+    /// No device, or one that is too small.
+    pub fn device(case: &VisibilityCase<'g>, settings: gpu::Settings) -> Result<Self, SuiteError> {
         let (gpu, scene) = case.device()?;
-        let renderer = gpu::Renderer::new(gpu, &scene, settings::device(setting)?)?;
-        Ok(Self::Device(Box::new(renderer)))
+        Ok(Self::Device(Box::new(gpu::Renderer::new(gpu, &scene, settings)?)))
     }
 
     /// One on the processor.
@@ -53,12 +73,18 @@ impl<'g> Drawer<'g> {
     }
 
     /// Whatever draws.
-    pub fn renderer(&mut self) -> &mut dyn Renderer {
-        match self {
+    ///
+    /// # Errors
+    /// A device that decides by itself.
+    pub fn renderer(&mut self) -> Result<&mut dyn Renderer, SuiteError> {
+        Ok(match self {
             Self::Reference(renderer) => &mut **renderer,
             Self::Fast(renderer) => &mut **renderer,
             Self::Device(renderer) => &mut **renderer,
-        }
+            Self::Culler { .. } => {
+                return Err(SuiteError::Internal("a culler on the device draws by itself".into()));
+            }
+        })
     }
 
     /// The same where depths are at hand while drawing: on the processor.
@@ -66,7 +92,7 @@ impl<'g> Drawer<'g> {
         match self {
             Self::Reference(renderer) => Some(&mut **renderer),
             Self::Fast(renderer) => Some(&mut **renderer),
-            Self::Device(_) => None,
+            Self::Device(_) | Self::Culler { .. } => None,
         }
     }
 
@@ -79,6 +105,7 @@ impl<'g> Drawer<'g> {
             Self::Reference(renderer) => renderer.image().clone(),
             Self::Fast(renderer) => renderer.image().clone(),
             Self::Device(renderer) => renderer.image()?,
+            Self::Culler { culler, .. } => culler.image()?,
         })
     }
 
@@ -89,6 +116,7 @@ impl<'g> Drawer<'g> {
     pub fn finish(&self) -> Result<Vec<(&'static str, u64)>, SuiteError> {
         Ok(match self {
             Self::Device(renderer) => renderer.times()?.passes,
+            Self::Culler { passes, .. } => passes.clone(),
             _ => Vec::new(),
         })
     }
@@ -106,6 +134,7 @@ impl<'g> Drawer<'g> {
         let [width, height] = case.size();
         match self {
             Self::Device(renderer) => renderer.bytes(),
+            Self::Culler { culler, .. } => culler.bytes(),
             // Two ids and a depth a pixel.
             _ => 12 * u64::from(width) * u64::from(height) + case.objects().bytes(),
         }
@@ -123,7 +152,7 @@ pub fn everything(
 ) -> Result<Vec<Image>, SuiteError> {
     let all: Vec<u32> = (0..case.objects().objects.len() as u32).collect();
     let one = |view| {
-        let renderer = drawer.renderer();
+        let renderer = drawer.renderer()?;
         renderer.begin(view)?;
         renderer.draw(&all)?;
         renderer.end()?;

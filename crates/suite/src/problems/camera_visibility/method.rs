@@ -3,9 +3,11 @@
 use super::{case::VisibilityCase, drawer::Drawer, settings};
 use crate::{SuiteError, knob::Get, problem::Setting};
 use dapple_occlusion::camera::{
-    Coverage, Frame, Image, Settings, State, Technique, Tree, exact_coverage,
+    Coverage, Frame, Image, Settings, State, Technique, Tree,
     cells::{CellLimits, view_cells},
+    exact_coverage,
     hierarchical_depth::{self, cpu},
+    masked::{self, Occluders},
     software, techniques,
 };
 use std::rc::Rc;
@@ -30,8 +32,17 @@ pub enum Method {
     Hierarchical {
         /// The hierarchy.
         tree: Rc<Tree>,
+        /// Its knobs.
+        settings: hierarchical_depth::Settings,
         /// What it remembers.
         state: Box<cpu::State>,
+    },
+    /// A buffer of occluders, asked on the processor.
+    Masked {
+        /// The hierarchy.
+        tree: Rc<Tree>,
+        /// The buffer.
+        culler: Box<masked::Culler>,
     },
 }
 
@@ -46,8 +57,22 @@ impl Method {
             "oracle" => Self::Oracle,
             "hierarchical-depth" => {
                 let tree = tree()?;
+                let settings = settings::hierarchical(setting)?;
                 let state = Box::new(cpu::State::new(case.objects(), &tree));
-                Self::Hierarchical { tree, state }
+                Self::Hierarchical { tree, settings, state }
+            }
+            "masked" => {
+                let settings = settings::masked(setting)?;
+                let boxes = case.inner().unwrap_or_default();
+                if settings.occluders == Occluders::InnerBoxes && boxes.is_empty() {
+                    return Err(SuiteError::Usage(format!(
+                        "scene {}: no boxes are known to lie inside of anything, so variant `boxes` \
+                         has no occluders; `meshes` has",
+                        case.scene()
+                    )));
+                }
+                let culler = Box::new(masked::Culler::new(settings, case.objects(), boxes)?);
+                Self::Masked { tree: tree()?, culler }
             }
             name => {
                 let technique = Technique::by_name(name)
@@ -65,9 +90,13 @@ impl Method {
     /// The device's.
     pub fn reset(&mut self, drawer: &mut Drawer<'_>) -> Result<(), SuiteError> {
         match self {
-            Self::Asks { state, .. } => state.reset(drawer.renderer())?,
-            Self::Hierarchical { state, .. } => state.reset(),
-            Self::Oracle => {}
+            Self::Asks { state, .. } => state.reset(drawer.renderer()?)?,
+            Self::Hierarchical { state, .. } => match drawer {
+                Drawer::Culler { culler, .. } => culler.reset(),
+                _ => state.reset(),
+            },
+            // The latter remembers nothing.
+            Self::Oracle | Self::Masked { .. } => {}
         }
         Ok(())
     }
@@ -86,7 +115,7 @@ impl Method {
         let (objects, view) = (case.objects(), &case.views()[index]);
         match self {
             Self::Asks { settings, tree, state } => {
-                techniques::frame(settings, objects, tree, view, state, drawer.renderer(), out)?;
+                techniques::frame(settings, objects, tree, view, state, drawer.renderer()?, out)?;
                 if settings.coverage == Coverage::Exact {
                     let pixels = software::owners(&drawer.image()?, objects.objects.len());
                     exact_coverage(tree, &pixels, state.coverage_mut())?;
@@ -95,15 +124,29 @@ impl Method {
             Self::Oracle => {
                 let owners: Vec<u32> =
                     case.truth().frames[index].iter().map(|owned| owned.object).collect();
-                techniques::oracle::frame(&owners, objects, view, drawer.renderer(), out)?;
+                techniques::oracle::frame(&owners, objects, view, drawer.renderer()?, out)?;
             }
-            Self::Hierarchical { tree, state } => {
-                let renderer = drawer.showing_depth().ok_or_else(|| {
-                    SuiteError::Internal("hierarchical depth on a renderer that hides it".into())
-                })?;
-                let settings = hierarchical_depth::Settings::default();
-                cpu::frame(&settings, objects, tree, view, state, renderer, out)?;
+            Self::Masked { tree, culler } => {
+                culler.frame(objects, tree, view, drawer.renderer()?, out)?;
             }
+            Self::Hierarchical { tree, settings, state } => {
+                if let Drawer::Culler { culler, passes } = drawer {
+                    *passes = culler.frame(view)?.passes;
+                } else if let Some(renderer) = drawer.showing_depth() {
+                    cpu::frame(settings, objects, tree, view, state, renderer, out)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads back what a device drew that decides by itself.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn collect(&self, drawer: &Drawer<'_>, out: &mut Frame) -> Result<(), SuiteError> {
+        if let Drawer::Culler { culler, .. } = drawer {
+            culler.collect(out)?;
         }
         Ok(())
     }
@@ -112,7 +155,7 @@ impl Method {
     pub fn is_exact(&self) -> bool {
         match self {
             Self::Asks { settings, .. } => settings.is_exact(),
-            Self::Hierarchical { .. } => true,
+            Self::Hierarchical { .. } | Self::Masked { .. } => true,
             // By rays: what no ray meets is left out, though a rasteriser may show it.
             Self::Oracle => false,
         }
@@ -168,13 +211,13 @@ impl Method {
 
     /// Bytes of what is remembered and of the hierarchy.
     pub fn bytes(&self) -> u64 {
-        let tree_bytes = |tree: &Tree| {
-            (size_of_val(&tree.nodes[..]) + size_of_val(&tree.objects[..])) as u64
-        };
+        let tree_bytes =
+            |tree: &Tree| (size_of_val(&tree.nodes[..]) + size_of_val(&tree.objects[..])) as u64;
         match self {
             Self::Asks { tree, state, .. } => tree_bytes(tree) + state.bytes(),
             // A flag an object and a node.
             Self::Hierarchical { tree, .. } => tree_bytes(tree) + tree.nodes.len() as u64,
+            Self::Masked { tree, culler } => tree_bytes(tree) + culler.buffer().bytes() as u64,
             Self::Oracle => 0,
         }
     }

@@ -5,8 +5,10 @@
 //! fewer triangles drawn for nothing.
 
 pub mod case;
+mod claims;
 mod drawer;
 mod errors;
+mod gates;
 mod method;
 mod picture;
 mod port;
@@ -47,11 +49,11 @@ impl Problem for CameraVisibility {
     }
 
     fn gates(&self) -> Vec<Gate> {
-        Vec::new()
+        gates::all()
     }
 
     fn claims(&self) -> Vec<Claim> {
-        Vec::new()
+        claims::claims()
     }
 
     fn stress(&self) -> Vec<Axis> {

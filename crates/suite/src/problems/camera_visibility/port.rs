@@ -87,8 +87,7 @@ pub fn hold(
     }
     let reference = Setting { form: Form::Reference, ..setting.clone() };
     let expected = case.reference_start(FRAMES, |case, frames| {
-        let mut drawer =
-            Drawer::software(case, Form::Reference, Readiness::Modelled(0))?;
+        let mut drawer = Drawer::software(case, Form::Reference, Readiness::Modelled(0))?;
         drawer::everything(case, frames, &mut drawer)
     })?;
     let (mut ids, mut pixels) = (0, 0);
@@ -114,8 +113,7 @@ pub fn hold(
             Setting { knobs, ..reference }
         }
     };
-    let (ours, theirs) =
-        (drawn(case, setting, FRAMES)?, drawn(case, &reference, FRAMES)?);
+    let (ours, theirs) = (drawn(case, setting, FRAMES)?, drawn(case, &reference, FRAMES)?);
     let differ = ours.symmetric_difference(&theirs).count();
     let share = differ as f64 / ours.union(&theirs).count().max(1) as f64;
     checked.port_errors.insert("drawn".into(), share);

@@ -7,17 +7,15 @@ use crate::{
 };
 use dapple_occlusion::camera::{
     Coverage, Readiness, Results, Settings, Technique, TightBounds, gpu,
+    hierarchical_depth::{self, Traversal},
+    masked,
 };
 
 /// The settings of a technique that walks the tree and asks.
 ///
 /// # Errors
 /// A word that is none, or a knob out of range.
-pub fn asks(
-    setting: &Setting,
-    technique: Technique,
-    seed: u64,
-) -> Result<Settings, SuiteError> {
+pub fn asks(setting: &Setting, technique: Technique, seed: u64) -> Result<Settings, SuiteError> {
     let knobs = &setting.knobs;
     let mut settings = Settings { seed, ..Settings::new(technique) };
     if setting.variant == "next-frame" {
@@ -44,6 +42,46 @@ pub fn asks(
     }
     settings.check()?;
     Ok(settings)
+}
+
+/// The settings of two passes with a pyramid of depths.
+///
+/// # Errors
+/// A word that is none, a knob out of range, or a walk of the tree on a device.
+pub fn hierarchical(setting: &Setting) -> Result<hierarchical_depth::Settings, SuiteError> {
+    let traversals = [("flat", Traversal::Flat), ("tree", Traversal::Tree)];
+    let settings = hierarchical_depth::Settings {
+        traversal: choice(&setting.knobs, "traversal", &traversals)?,
+        across: setting.knobs.int("across")? as u32,
+    };
+    settings.check()?;
+    if settings.traversal == Traversal::Tree && setting.form == Form::Gpu {
+        return Err(SuiteError::Usage(
+            "knob `traversal` = tree: the gpu form asks every object; there is: flat".into(),
+        ));
+    }
+    Ok(settings)
+}
+
+/// The settings of masked culling: the image's size for 0 columns.
+///
+/// # Errors
+/// A knob out of range.
+pub fn masked(setting: &Setting) -> Result<masked::Settings, SuiteError> {
+    let knobs = &setting.knobs;
+    let columns = knobs.int("buffer")? as u32;
+    Ok(masked::Settings {
+        form: match setting.form {
+            Form::Reference => masked::Form::Reference,
+            Form::Cpu | Form::Gpu => masked::Form::Fast,
+        },
+        occluders: match setting.variant.as_str() {
+            "boxes" => masked::Occluders::InnerBoxes,
+            _ => masked::Occluders::Meshes,
+        },
+        columns: (columns > 0).then_some(columns),
+        most_triangles: knobs.int("occluder_triangles")? as u64,
+    })
 }
 
 /// When answers are looked at. Techniques without the knob never ask.

@@ -38,7 +38,10 @@ const METRICS: &[Metric] = &[
         "missed",
         "share of the pixels whose owner was not drawn, where rounding cannot change the owner",
     ),
-    metric("missed_samples", "the same by the finer grid of rays: objects smaller than a pixel too"),
+    metric(
+        "missed_samples",
+        "the same by the finer grid of rays: objects smaller than a pixel too",
+    ),
     metric("wrong_pixels", "share of pixels that lie deeper than when everything is drawn"),
     metric(
         "coverage_excess",
@@ -168,7 +171,11 @@ const TECHNIQUES: &[Technique] = &[
             switch("jitter", "the first interval of assumed visibility is random"),
             switch("v_queue", "visible nodes are asked while waiting, for the next frame"),
             switch("multiqueries", "nodes likely to stay invisible are asked together"),
-            Knob::int("tight_depth", [0, 3, 4], "levels below a node whose boxes are asked instead"),
+            Knob::int(
+                "tight_depth",
+                [0, 3, 4],
+                "levels below a node whose boxes are asked instead",
+            ),
             Knob::float(
                 "tight_area",
                 [1.0, 1.4, 4.0],
@@ -188,23 +195,32 @@ const TECHNIQUES: &[Technique] = &[
         "Two-pass culling by hierarchical depth",
         "haar2015",
         ONLY,
-        &[DRAWS],
+        &[
+            Knob::choice(
+                "traversal",
+                &["flat", "tree"],
+                "boxes asked: every object's, or (not gpu) from the root of the hierarchy",
+            ),
+            Knob::int("across", [1, 2, 64], "texels across that a box is asked at, at most")
+                .log()
+                .useful(1.0, 16.0)
+                .accuracy(Accuracy::Monotone),
+            TREE,
+        ],
     ),
     technique(
         "masked",
         "Masked software occlusion culling",
         "hasselgren2016",
         &[
-            variant("boxes", "occluders are boxes inscribed in buildings"),
             variant("meshes", "occluders are the objects themselves, nearest first"),
+            variant("boxes", "occluders are boxes inscribed in buildings: cities only"),
         ],
         &[
-            Knob::int("buffer", [16, 256, 8192], "columns of the occlusion buffer")
+            Knob::int("buffer", [0, 0, 8192], "columns of the occlusion buffer; 0: the image's")
                 .unit("px")
-                .log()
                 .useful(64.0, 2048.0),
             Knob::int("occluder_triangles", [0, 8192, 16_777_216], "most triangles of occluders")
-                .log()
                 .useful(256.0, 65536.0),
             TREE,
             DRAWS,

@@ -11,7 +11,7 @@ use crate::{
     SuiteError,
     problem::{Checked, Form, FrameTime, Picture, Setting, Subject},
 };
-use dapple_occlusion::camera::{Frame, Image, Readiness, Work};
+use dapple_occlusion::camera::{Frame, Image, Readiness, Work, gpu};
 use std::{rc::Rc, time::Instant};
 
 /// The technique that `setting` asks for.
@@ -51,11 +51,16 @@ impl<'a, 'g> PathSubject<'a, 'g> {
         })
     }
 
-    /// Runs one frame without looking at the clock.
+    /// Runs one frame and finds out what it drew.
     ///
     /// # Errors
     /// The renderer's.
     pub fn run(&mut self, index: usize) -> Result<(), SuiteError> {
+        self.draw(index)?;
+        self.method.collect(&self.drawer, &mut self.out)
+    }
+
+    fn draw(&mut self, index: usize) -> Result<(), SuiteError> {
         self.drawn = true;
         self.method.frame(self.case, index, &mut self.drawer, &mut self.out)
     }
@@ -75,7 +80,7 @@ impl<'a, 'g> PathSubject<'a, 'g> {
 
     /// What this form shows when everything is drawn.
     fn full(&self) -> Result<Rc<Vec<Image>>, SuiteError> {
-        full(self.case, self.setting.form, &self.setting)
+        full(self.case, self.setting.form)
     }
 }
 
@@ -83,14 +88,10 @@ impl<'a, 'g> PathSubject<'a, 'g> {
 ///
 /// # Errors
 /// The device's.
-pub fn full(
-    case: &VisibilityCase<'_>,
-    form: Form,
-    setting: &Setting,
-) -> Result<Rc<Vec<Image>>, SuiteError> {
+pub fn full(case: &VisibilityCase<'_>, form: Form) -> Result<Rc<Vec<Image>>, SuiteError> {
     case.full(form, || {
         let mut drawer = match form {
-            Form::Gpu => Drawer::of(case, setting)?,
+            Form::Gpu => Drawer::device(case, gpu::Settings::default())?,
             form => Drawer::software(case, form, Readiness::Modelled(0))?,
         };
         drawer::everything(case, case.views().len(), &mut drawer)
@@ -108,7 +109,7 @@ impl Subject for PathSubject<'_, '_> {
 
     fn frame(&mut self, index: usize) -> Result<FrameTime, SuiteError> {
         let start = Instant::now();
-        self.run(index)?;
+        self.draw(index)?;
         let passes = self.drawer.finish()?;
         // Host and device share a frame: the wall's clock alone sees both.
         Ok(FrameTime { wall_ns: start.elapsed().as_nanos() as u64, gpu_ns: None, passes })
