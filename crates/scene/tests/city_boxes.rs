@@ -1,5 +1,7 @@
 //! Footprints and the boxes within them.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a failed step fails its test")]
+
 use dapple_scene::city::{Footprint, InnerKnobs, covered_share, holds, inner_boxes};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;

@@ -1,5 +1,7 @@
 //! Cities from CityJSON and OpenStreetMap: small files written here, damaged ones, and the real ones.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a failed step fails its test")]
+
 mod city_support;
 
 use city_support::{Pbf, box_solid, cityjson, load, message, square_way};

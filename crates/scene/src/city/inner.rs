@@ -310,8 +310,8 @@ impl Frame {
         let mut best: Option<(f64, [usize; 4])> = None;
         let mut depth = vec![0usize; width + 1];
         for j in 0..height {
-            for i in 0..width {
-                depth[i] = if self.inside[j * width + i] { depth[i] + 1 } else { 0 };
+            for (deep, inside) in depth.iter_mut().zip(&self.inside[j * width..(j + 1) * width]) {
+                *deep = if *inside { *deep + 1 } else { 0 };
             }
             // Open rectangles: first column and depth, growing. The last column closes all.
             let mut open: Vec<(usize, usize)> = vec![];
