@@ -1,5 +1,6 @@
 //! Masked culling of a recorded frame, held against a depth for each of its pixels. Needs
 //! `DAPPLE_DATA`.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod recording;
 

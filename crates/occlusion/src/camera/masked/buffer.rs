@@ -146,7 +146,8 @@ impl Tile {
                 return false;
             }
             let asked = rectangle(x.map(|v| v - left), y.map(|v| v - top));
-            asked & !self.mask[i] != 0 || (asked != 0 && !(self.working[i] > depth))
+            let hidden = self.working[i] > depth;
+            asked & !self.mask[i] != 0 || (asked != 0 && !hidden)
         })
     }
 }

@@ -62,15 +62,24 @@ fn draw(triangle: &Triangle, tiles: &mut [Tile], tiles_x: usize) {
 /// at the right end and end at 0.
 #[inline(always)]
 fn spans(triangle: &Triangle, y: i32) -> ([i32; 8], [i32; 8]) {
+    // One step at a time over all lanes: each loop becomes a few vector operations.
+    let (mut left, mut right) = ([0.0; 8], [0.0; 8]);
+    for lane in 0..8 {
+        let [l, r] = triangle.span(f64::from(y) + lane as f64);
+        left[lane] = l + ROUND;
+        right[lane] = r + ROUND;
+    }
     let (mut begin, mut end) = ([0; 8], [0; 8]);
     for lane in 0..8 {
-        let row = y + lane as i32;
-        let [l, r] = triangle.span(f64::from(row));
-        let l = ((l + ROUND).to_bits() as i32).max(triangle.columns[0]);
-        let r = ((r + ROUND).to_bits() as i32).min(triangle.columns[1]);
-        let covered = (row >= triangle.rows[0]) & (row < triangle.rows[1]) & (l < r);
-        begin[lane] = if covered { l } else { triangle.columns[1] };
-        end[lane] = if covered { r } else { 0 };
+        begin[lane] = (left[lane].to_bits() as i32).max(triangle.columns[0]);
+        end[lane] = (right[lane].to_bits() as i32).min(triangle.columns[1]);
+    }
+    let [top, bottom] = triangle.rows.map(|row| row - y);
+    for lane in 0..8 {
+        let row = lane as i32;
+        let covered = (row >= top) & (row < bottom) & (begin[lane] < end[lane]);
+        begin[lane] = if covered { begin[lane] } else { triangle.columns[1] };
+        end[lane] = if covered { end[lane] } else { 0 };
     }
     (begin, end)
 }
@@ -108,22 +117,26 @@ fn deal(scanlines: [u32; 8]) -> [u32; 8] {
 /// [`super::reference`]'s update, all subtiles at once.
 #[inline(always)]
 fn update(tile: &mut Tile, mask: &[u32; 8], corner: f32, triangle: &Triangle) {
-    for i in 0..8 {
-        let depth = corner + triangle.plane.offsets[i];
+    let Tile { reference, working, mask: held } = *tile;
+    let mut depth = [0.0; 8];
+    for (depth, offset) in depth.iter_mut().zip(&triangle.plane.offsets) {
+        let plane = corner + offset;
         let farthest = triangle.plane.farthest;
-        let depth = if depth > farthest { depth } else { farthest };
-        let (reference, working) = (tile.reference[i], tile.working[i]);
-        let passes = (mask[i] != 0) & (depth > reference);
-        let drops = depth - working > working - reference;
-        let (kept, under) = if drops { (0, f32::INFINITY) } else { (tile.mask[i], working) };
-        let nearer = if under < depth { under } else { depth };
-        let merged = kept | mask[i];
-        let full = merged == u32::MAX;
-        let next = if full { nearer } else { reference };
-        let layer = if full { f32::INFINITY } else { nearer };
-        let bits = if full { 0 } else { merged };
-        tile.reference[i] = if passes { next } else { reference };
-        tile.working[i] = if passes { layer } else { working };
-        tile.mask[i] = if passes { bits } else { tile.mask[i] };
+        *depth = if plane > farthest { plane } else { farthest };
     }
+    let mut next = *tile;
+    for i in 0..8 {
+        let passes = (mask[i] != 0) & (depth[i] > reference[i]);
+        let drops = depth[i] - working[i] > working[i] - reference[i];
+        let under = if drops { f32::INFINITY } else { working[i] };
+        let merged = if drops { mask[i] } else { held[i] | mask[i] };
+        let nearer = if under < depth[i] { under } else { depth[i] };
+        let full = merged == u32::MAX;
+        next.reference[i] = if passes & full { nearer } else { reference[i] };
+        let layer = if full { f32::INFINITY } else { nearer };
+        next.working[i] = if passes { layer } else { working[i] };
+        let bits = if full { 0 } else { merged };
+        next.mask[i] = if passes { bits } else { held[i] };
+    }
+    *tile = next;
 }

@@ -9,7 +9,7 @@
 //! - Depth is reversed, greater is nearer, and cleared to 0; any depth that is linear on the image
 //!   will do (`near / w`, `1 / w`, or parallel rays' own).
 //! - Coverage is exact for vertices snapped to 1/256 of a pixel: the same pixels that a device with
-//!   8 bits below the pixel draws, shared edges without cracks. See [`triangle`].
+//!   8 bits below the pixel draws, shared edges without cracks. See `triangle.rs`.
 //! - A triangle's depth in a subtile is that of its plane at the subtile's farthest pixel centre,
 //!   not farther than its farthest corner, rounded away by a bound on all errors, and by as much as
 //!   its plane rises within the distance that a renderer may move it.

@@ -105,8 +105,8 @@ impl Projection {
             for lane in 0..LANES {
                 let c = self.clip([p[0][lane], p[1][lane], p[2][lane]]);
                 block[lane] = self.snap(c);
-                // A number less itself is 0, unless it is infinite or none.
-                zero[lane] = (c[0] - c[0]) + (c[1] - c[1]) + (c[2] - c[2]) + (c[3] - c[3]);
+                // 0 times a number is 0, unless that is infinite or none.
+                zero[lane] = 0.0 * c[0] + 0.0 * c[1] + 0.0 * c[2] + 0.0 * c[3];
             }
             finite &= zero.iter().all(|&z| z == 0.0);
             out.extend_from_slice(&block);

@@ -78,9 +78,9 @@ impl Silhouette {
         }
         for (open, places) in self.open.iter_mut().zip(&of.places) {
             let found = *open;
-            for i in 0..3 {
+            for (i, &place) in places.iter().enumerate() {
                 let both = 1 << i | 1 << ((i + 2) % 3);
-                if self.border[places[i] as usize] && found & both == 0 {
+                if self.border[place as usize] && found & both == 0 {
                     *open |= 1 << i;
                 }
             }

@@ -151,27 +151,22 @@ fn square(size: [u32; 2], split: bool, depth: f32) -> Case {
     Case { size, clip: pixels(size), positions, triangles }
 }
 
-/// Sheets are worth more whole: a silhouette covers more than insets do.
+/// A sheet whose border lies beyond the image hides all of it, moved edges or not.
 #[test]
 fn silhouettes_leave_no_cracks() {
-    let (mut along, mut inset) = (0, 0);
-    for seed in 0..40 {
-        let mut case = case(5, seed);
-        // Nowhere steep.
-        case.positions.iter_mut().for_each(|p| p.z = 0.5 + 0.01 * (p.z - 0.5));
-        let connectivity = Connectivity::new(&case.positions, &case.triangles);
-        let covered = |edges| {
-            let buffer = drawn(Form::Fast, &case, edges);
-            let pixels =
-                (0..case.size[0] * case.size[1]).map(|i| (i % case.size[0], i / case.size[0]));
-            pixels.filter(|&(x, y)| !buffer.shows([x, x + 1], [y, y + 1], 0.05)).count()
-        };
-        let (a, b) = (covered(Edges::Silhouette(40, &connectivity)), covered(Edges::Inset(40)));
-        assert!(a >= b, "seed {seed}");
-        along += a;
-        inset += b;
-    }
-    assert!(along as f64 > 1.2 * inset as f64, "{along} against {inset}");
+    let side = 9u32;
+    let at = |i: u32, size: f32| (1.2 * i as f32 / (side - 1) as f32 - 0.1) * size;
+    let places = (0..side * side).map(|i| Vec3::new(at(i % side, 96.0), at(i / side, 40.0), 0.5));
+    let cells = (0..side * (side - 1)).filter(|i| i % side != side - 1);
+    let triangles =
+        cells.flat_map(|i| [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]]).collect();
+    let size = [96, 40];
+    let case = Case { size, clip: pixels(size), positions: places.collect(), triangles };
+    let connectivity = Connectivity::new(&case.positions, &case.triangles);
+    let whole = |edges| !drawn(Form::Fast, &case, edges).shows([0, 96], [0, 40], 0.4);
+    assert!(whole(Edges::Silhouette(40, &connectivity)));
+    // The control: the same sheet with all edges moved.
+    assert!(!whole(Edges::Inset(40)));
 }
 
 #[test]
