@@ -111,8 +111,8 @@ pub struct CaseArgs {
     /// Generator name, file, or `data:PATH` below DAPPLE_DATA.
     #[arg(long)]
     pub scene: Vec<String>,
-    /// Camera name, `orbit:AZIMUTH,ELEVATION,DISTANCE` or `eye:X,Y,Z,TX,TY,TZ`; the first camera if
-    /// not given.
+    /// Name of a camera, or of a path where the problem follows one,
+    /// `orbit:AZIMUTH,ELEVATION,DISTANCE` or `eye:X,Y,Z,TX,TY,TZ`; the first if not given
     #[arg(long)]
     pub view: Option<String>,
     /// Seed of generators and sampling.
