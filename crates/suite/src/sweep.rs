@@ -195,6 +195,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("curated", include_str!("../../../benches/sweeps/curated.toml")),
     ("thesis", include_str!("../../../benches/sweeps/thesis.toml")),
     ("translucency", include_str!("../../../benches/sweeps/translucency.toml")),
+    ("visibility", include_str!("../../../benches/sweeps/visibility.toml")),
 ];
 
 /// Every combination of the lists once, each completed with defaults. With no list, the defaults
