@@ -71,12 +71,7 @@ impl<'a> OnScreen<'a> {
         let depth = self.depth.dot(p);
         let tolerance = 2.0 * OFF * self.depth.truncate().length() + 1e-5 * depth.abs() + 1e-7;
         let ahead = self.weights.iter().map(|w| w.dot(p)).sum::<f64>() > 0.0;
-        if !ahead
-            || inside.is_nan()
-            || inside < -OFF
-            || depth > 1.0 + tolerance
-            || depth < -tolerance
-        {
+        if !ahead || inside < -OFF || depth > 1.0 + tolerance || depth < -tolerance {
             return None;
         }
         let near = depth > 1.0 - tolerance;
