@@ -19,9 +19,10 @@ const FRAMES: usize = 2;
 /// rasteriser's sub-pixel step of their centre. City walls have several edges a pixel far away.
 const IDS: f64 = 0.03;
 
-/// Share of the objects drawn that may differ from the reference's: those at the frustum's border
-/// and those whose last pixel an edge passes.
-const DRAWN: f64 = 0.05;
+/// Share of the objects drawn that may differ from the reference's: boxes that show a sample or none
+/// as an edge passes its centre, and all that is below them. Far down a street of 24 blocks these are
+/// 6 in a hundred. What is not drawn though it shows is judged by itself, at no tolerance.
+const DRAWN: f64 = 0.15;
 
 /// Pixels in which two images differ beyond ties.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
