@@ -193,7 +193,11 @@ fn town(rng: &mut Pcg64, jumps: f64) -> Scene {
 ///
 /// # Errors
 /// None for these knobs.
-pub fn small_city(rng: &mut Pcg64, turn_rad: f64) -> Result<(City, Vec<Part>, Scene), SuiteError> {
+pub fn small_city(
+    rng: &mut Pcg64,
+    turn_rad: f64,
+    jumps: f64,
+) -> Result<(City, Vec<Part>, Scene), SuiteError> {
     let knobs = city::Knobs {
         blocks_x: rng.random_range(1..=2),
         blocks_z: 1,

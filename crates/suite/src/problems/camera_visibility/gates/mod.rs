@@ -1,8 +1,12 @@
 //! The correctness gates, each with a deliberate fault that it must catch.
 
+mod asked;
+mod coverage;
 mod input;
 mod play;
+mod questions;
 mod shared;
+mod work;
 
 use crate::verify::Gate;
 
@@ -11,7 +15,10 @@ const ALL: &str = "-";
 
 /// Every gate of the problem.
 pub fn all() -> Vec<Gate> {
-    [shared::gates, shared::device_gates].into_iter().flat_map(|gates| gates()).collect()
+    [shared::gates, questions::gates, work::gates, coverage::gates, shared::device_gates]
+        .into_iter()
+        .flat_map(|gates| gates())
+        .collect()
 }
 
 #[cfg(test)]
