@@ -11,8 +11,8 @@
 //!
 //! Deviations: the course reprojects last frame's depth to choose what is drawn first; here its
 //! visible objects are drawn again, which needs no second guess where the camera moves far. A box
-//! that the near plane touches is drawn first, unasked. A box whose rectangle holds no pixel centre
-//! is not drawn at all.
+//! that the near plane touches counts as visible unasked: it is drawn in the first pass if the last
+//! frame saw it, else in the second. A box whose rectangle holds no pixel centre is not drawn at all.
 //!
 //! Alpha-tested objects are drawn like all others, first pass or second: what is in the depth
 //! buffer is their drawn pixels alone, and the pyramid takes the farthest, which a hole shows.
