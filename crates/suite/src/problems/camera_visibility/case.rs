@@ -25,7 +25,7 @@ use std::{
 };
 
 /// Distance of the near plane over the scene's radius.
-const NEAR: f64 = 1e-4;
+pub(super) const NEAR: f64 = 1e-4;
 
 /// A path through a scene, as the truth is traced along it.
 pub struct Frames<'a> {

@@ -15,6 +15,7 @@ mod port;
 pub mod scene;
 mod settings;
 mod spec;
+mod stress;
 mod subject;
 mod truth;
 
@@ -57,6 +58,6 @@ impl Problem for CameraVisibility {
     }
 
     fn stress(&self) -> Vec<Axis> {
-        Vec::new()
+        stress::axes()
     }
 }

@@ -5,7 +5,7 @@ use super::{
     drawer::{self, Drawer},
     errors::Score,
     method::Method,
-    port,
+    port, settings,
 };
 use crate::{
     SuiteError,
@@ -41,6 +41,7 @@ impl<'a, 'g> PathSubject<'a, 'g> {
     /// # Errors
     /// As [`of`].
     pub fn new(case: &'a VisibilityCase<'g>, setting: &Setting) -> Result<Self, SuiteError> {
+        settings::check(setting)?;
         Ok(Self {
             case,
             method: Method::of(case, setting)?,
@@ -153,6 +154,12 @@ impl Subject for PathSubject<'_, '_> {
                 "{} pixels lie deeper than when everything is drawn: something that shows was \
                  culled",
                 score.wrong_pixels()
+            ));
+        }
+        let missed = checked.errors.get("missed").copied().unwrap_or(0.0);
+        if self.method.is_exact() && missed > 0.0 {
+            checked.violations.push(format!(
+                "{missed:.1e} of the pixels are owned by objects that were not drawn"
             ));
         }
         port::hold(self.case, &self.setting, &full, &mut checked)?;
