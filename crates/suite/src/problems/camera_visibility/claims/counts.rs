@@ -136,7 +136,7 @@ fn windows(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
         })
         .collect();
     let odd = remainders.iter().filter(|r| **r != 0).count();
-    let because = format!("{odd} of the table's 3 numbers of lights are no multiples of three");
+    let because = format!("{odd} of the table's 3 numbers of lights cannot be divided by three");
     Ok(judged(whole(&remainders), because, figures))
 }
 

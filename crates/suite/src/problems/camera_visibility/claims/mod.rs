@@ -4,9 +4,23 @@
 //! the tests can show each verdict coming out. Counters decide what they can; times decide only on
 //! hardware, and are ratios.
 
+mod cells;
+mod coherence;
 mod counts;
+mod coverage;
+mod device;
+mod growth;
+mod late;
+mod occluders;
+mod options;
+mod real;
+mod replay;
+mod rivals;
 mod support;
 mod tables;
+mod times;
+mod trees;
+mod views;
 
 use crate::claims::{Claim, verdict};
 
@@ -14,6 +28,18 @@ use crate::claims::{Claim, verdict};
 pub fn claims() -> Vec<Claim> {
     let mut all = counts::claims();
     all.extend(tables::claims());
+    all.extend(views::claims());
+    all.extend(times::claims());
+    all.extend(coverage::claims());
+    all.extend(cells::claims());
+    all.extend(coherence::claims());
+    all.extend(options::claims());
+    all.extend(late::claims());
+    all.extend(growth::claims());
+    all.extend(rivals::claims());
+    all.extend(occluders::claims());
+    all.extend(trees::claims());
+    all.extend(real::claims());
     all
 }
 
@@ -39,7 +65,9 @@ mod tests {
             assert!(!judged.figures.is_empty() && !judged.because.is_empty(), "{}", claim.id);
             // What is arithmetic on what is printed cannot come out otherwise.
             let only = match claim.id {
-                "conte-T5.I-III" | "conte-T5.I-facade" | "conte-T5.VII-windows"
+                "conte-T5.I-III"
+                | "conte-T5.I-facade"
+                | "conte-T5.VII-windows"
                 | "conte-T5.VII-triangles" => Some(Verdict::Refuted),
                 _ => None,
             };

@@ -13,7 +13,7 @@ use dapple_occlusion::camera::{
 use dapple_scene::{Scene, city::City};
 use glam::Vec3;
 use serde_json::Value;
-use std::{cell::RefCell, collections::BTreeMap, rc::Rc, sync::Arc};
+use std::{cell::RefCell, collections::BTreeMap, rc::Rc, sync::Arc, time::Instant};
 
 /// Columns and rows of paths: the counters hardly depend on them.
 pub const SIZE: [u32; 2] = [256, 144];
@@ -32,8 +32,6 @@ const OBJECT_TRIANGLES: u32 = 128;
 
 /// A city ready to be drawn.
 pub struct Town {
-    /// As in tables.
-    pub name: String,
     /// Its buildings and lights.
     pub city: City,
     /// With cameras and paths.
@@ -71,9 +69,8 @@ pub fn town(name: &str, given: &[(&str, Value)]) -> Result<Rc<Town>, SuiteError>
     let boxes = city.buildings.iter().flat_map(|b| &b.inner);
     let inner =
         boxes.map(|b| b.corners().map(|c| (c - objects.origin).as_vec3())).collect::<Vec<_>>();
-    let short = name.rsplit('/').next().unwrap_or(name).to_string();
     let objects = Arc::new(objects);
-    let town = Rc::new(Town { name: short, city, scene, objects, tree: Rc::new(tree), inner });
+    let town = Rc::new(Town { city, scene, objects, tree: Rc::new(tree), inner });
     MADE.with_borrow_mut(|made| made.insert(key, Rc::clone(&town)));
     Ok(town)
 }
@@ -249,8 +246,73 @@ pub struct Now<'a> {
     pub frame: &'a Frame,
     /// What it shows.
     pub image: &'a Image,
-    /// What is remembered, where the technique asks.
-    pub state: Option<&'a State>,
+    /// What is remembered, by techniques that ask.
+    pub state: &'a State,
+}
+
+/// A technique under way along a path.
+pub struct Walker<'p> {
+    path: &'p Path,
+    way: Way,
+    renderer: software::Fast,
+    state: State,
+    depth_state: cpu::State,
+    culler: Option<masked::Culler>,
+    out: Frame,
+}
+
+impl<'p> Walker<'p> {
+    /// Before the first frame.
+    ///
+    /// # Errors
+    /// Settings that are refused.
+    pub fn new(path: &'p Path, way: &Way) -> Result<Self, SuiteError> {
+        let Town { objects, tree, inner, .. } = &*path.town;
+        let culler = match way {
+            Way::Masked(settings) => Some(masked::Culler::new(*settings, objects, inner)?),
+            _ => None,
+        };
+        Ok(Self {
+            path,
+            way: *way,
+            renderer: software::Fast::new(Arc::clone(objects), LATENCY)?,
+            state: State::new(tree),
+            depth_state: cpu::State::new(objects, tree),
+            culler,
+            out: Frame::default(),
+        })
+    }
+
+    /// Draws a frame.
+    ///
+    /// # Errors
+    /// Settings that are refused.
+    pub fn frame(&mut self, index: usize) -> Result<(), SuiteError> {
+        let Town { objects, tree, .. } = &*self.path.town;
+        let view = &self.path.views[index];
+        let (r, out) = (&mut self.renderer, &mut self.out);
+        match (&self.way, &mut self.culler) {
+            (Way::Asks(settings), _) => {
+                techniques::frame(settings, objects, tree, view, &mut self.state, r, out)?;
+            }
+            (Way::Hierarchical(settings), _) => {
+                cpu::frame(settings, objects, tree, view, &mut self.depth_state, r, out)?;
+            }
+            (Way::Masked(_), Some(culler)) => culler.frame(objects, tree, view, r, out)?,
+            (Way::Masked(_), None) => {}
+        }
+        Ok(())
+    }
+
+    /// Nanoseconds of a frame.
+    ///
+    /// # Errors
+    /// As [`Walker::frame`].
+    pub fn ns(&mut self, index: usize) -> Result<f64, SuiteError> {
+        let start = Instant::now();
+        self.frame(index)?;
+        Ok(start.elapsed().as_nanos() as f64)
+    }
 }
 
 impl Path {
@@ -263,29 +325,11 @@ impl Path {
         way: &Way,
         mut look: impl FnMut(Now<'_>) -> Result<(), SuiteError>,
     ) -> Result<(), SuiteError> {
-        let Town { objects, tree, inner, .. } = &*self.town;
-        let mut renderer = software::Fast::new(Arc::clone(objects), LATENCY)?;
-        let mut out = Frame::default();
-        let mut state = State::new(tree);
-        let mut depth_state = cpu::State::new(objects, tree);
-        let mut culler = match way {
-            Way::Masked(settings) => Some(masked::Culler::new(*settings, objects, inner)?),
-            _ => None,
-        };
-        for (index, view) in self.views.iter().enumerate() {
-            let (r, out) = (&mut renderer, &mut out);
-            match (way, &mut culler) {
-                (Way::Asks(settings), _) => {
-                    techniques::frame(settings, objects, tree, view, &mut state, r, out)?;
-                }
-                (Way::Hierarchical(settings), _) => {
-                    cpu::frame(settings, objects, tree, view, &mut depth_state, r, out)?;
-                }
-                (Way::Masked(_), Some(culler)) => culler.frame(objects, tree, view, r, out)?,
-                (Way::Masked(_), None) => {}
-            }
-            let state = matches!(way, Way::Asks(_)).then_some(&state);
-            look(Now { index, frame: out, image: renderer.image(), state })?;
+        let mut walker = Walker::new(self, way)?;
+        for index in 0..self.views.len() {
+            walker.frame(index)?;
+            let state = &walker.state;
+            look(Now { index, frame: &walker.out, image: walker.renderer.image(), state })?;
         }
         Ok(())
     }
