@@ -1,11 +1,19 @@
 //! The correctness gates, each with a deliberate fault that it must catch.
 
 mod asked;
+mod city;
 mod coverage;
+mod depth;
+mod device;
 mod input;
+mod judge;
+mod masked;
 mod play;
 mod questions;
+mod renderers;
 mod shared;
+mod truth;
+mod views;
 mod work;
 
 use crate::verify::Gate;
@@ -15,10 +23,23 @@ const ALL: &str = "-";
 
 /// Every gate of the problem.
 pub fn all() -> Vec<Gate> {
-    [shared::gates, questions::gates, work::gates, coverage::gates, shared::device_gates]
-        .into_iter()
-        .flat_map(|gates| gates())
-        .collect()
+    [
+        shared::gates,
+        questions::gates,
+        work::gates,
+        coverage::gates,
+        depth::gates,
+        masked::gates,
+        renderers::gates,
+        truth::gates,
+        city::gates,
+        views::gates,
+        device::gates,
+        shared::device_gates,
+    ]
+    .into_iter()
+    .flat_map(|gates| gates())
+    .collect()
 }
 
 #[cfg(test)]
