@@ -1,6 +1,6 @@
 //! The folder of references, and controls: what must fail does.
 
-use crate::{partition, shadows, translucent};
+use crate::{cities, partition, shadows, translucent};
 use dapple_tests::golden::{
     EXACT, LSB, Picture, RASTER, Tolerance, assert_golden_in, audit, compare, goldens_folder,
     reference,
@@ -8,11 +8,12 @@ use dapple_tests::golden::{
 use std::{fs, panic, path::Path};
 
 /// How many there are: one that is lost from a list would not be missed.
-const GOLDENS: usize = 46;
+const GOLDENS: usize = 57;
 
 fn goldens() -> Vec<(String, Tolerance)> {
     let mut all = shadows::goldens();
     all.extend(translucent::goldens());
+    all.extend(cities::goldens());
     all.push((partition::NAME.into(), EXACT));
     all
 }

@@ -1,6 +1,7 @@
 //! Golden images. Each is compared only after its result has passed against a truth that no golden
 //! takes part in, so that a wrong picture cannot be blessed.
 
+mod cities;
 mod harness;
 mod partition;
 mod shadow_truth;

@@ -1,6 +1,6 @@
 //! The truth of shadow filtering, held against what it is not made of.
 
-use dapple_suite::problems::shadow_filtering::{ShadowCase, scene};
+use dapple_suite::{problems::shadow_filtering::ShadowCase, scene};
 use dapple_trace::Surface;
 
 /// Rays a receiver and axis, as the problem's default.
