@@ -26,4 +26,4 @@ pub use renderer::{Image, Latency, Query, Readiness, Renderer, Work};
 pub use settings::{Coverage, Results, Settings, Technique, TightBounds};
 pub use state::{Frame, Memory, State};
 pub use tree::{Node, Tree};
-pub use view::View;
+pub use view::{Crossing, View};

@@ -1,7 +1,7 @@
 //! What a technique remembers between frames, and what a frame gives.
 
-use super::queue::FrontToBack;
-use super::{Bounds, Objects, Query, Renderer, Tree, Work};
+use super::queue::{Entry, FrontToBack};
+use super::{Bounds, Crossing, Objects, Query, Renderer, Tree, Work};
 use crate::OcclusionError;
 use std::collections::VecDeque;
 
@@ -36,6 +36,8 @@ pub struct State {
     /// Pixels that each node may cover, one a node; an upper estimate (see
     /// [`Coverage`](super::Coverage)).
     pub(super) coverage: Vec<u32>,
+    /// What of the frustum's border each node that this frame found in sight crosses, one a node.
+    pub(super) crossing: Vec<Crossing>,
     /// Frames begun.
     pub(super) frame: u32,
     /// Batches asked and not yet collected.
@@ -72,6 +74,10 @@ pub(super) struct Asked {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Room {
     pub queue: FrontToBack,
+    /// Nodes met and not yet looked into, where order does not matter.
+    pub open: Vec<u32>,
+    /// Leaves to be sorted.
+    pub leaves: Vec<Entry>,
     /// Objects decided on and not yet handed to the renderer.
     pub run: Vec<u32>,
     pub boxes: Vec<Bounds>,
@@ -89,7 +95,7 @@ pub(super) struct Room {
     pub again: Vec<u32>,
     /// Inner nodes traversed in this frame, parents first.
     pub inner: Vec<u32>,
-    /// Nodes taken from the queue in this frame that the frustum does not hold.
+    /// Nodes met in this frame that the frustum does not hold.
     pub outside: Vec<u32>,
     /// Nodes that stand for a node in its query, and their level below it.
     pub tight: Vec<(u32, u32)>,
@@ -115,7 +121,12 @@ impl State {
     /// Nothing seen yet of the nodes of `tree`.
     pub fn new(tree: &Tree) -> Self {
         let nodes = tree.nodes.len();
-        Self { nodes: vec![Memory::default(); nodes], coverage: vec![0; nodes], ..Self::default() }
+        Self {
+            nodes: vec![Memory::default(); nodes],
+            coverage: vec![0; nodes],
+            crossing: vec![Crossing::UNKNOWN; nodes],
+            ..Self::default()
+        }
     }
 
     /// Forgets everything. Answers still on their way are waited for and thrown away, so
@@ -170,6 +181,8 @@ impl State {
 
     /// Bytes that grow with the tree.
     pub fn bytes(&self) -> u64 {
-        (size_of_val(&self.nodes[..]) + size_of_val(&self.coverage[..])) as u64
+        (size_of_val(&self.nodes[..])
+            + size_of_val(&self.coverage[..])
+            + size_of_val(&self.crossing[..])) as u64
     }
 }

@@ -1,5 +1,6 @@
 //! A camera made ready for culling and drawing: planes, matrices, boxes on the screen.
 
+mod crossing;
 mod guard;
 #[cfg(test)]
 mod tests;
@@ -8,6 +9,8 @@ use super::{Bounds, Objects};
 use crate::OcclusionError;
 use dapple_scene::{Camera, MAX_TEXTURE_SIDE, Projection};
 use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, Vec3, Vec4};
+
+pub use crossing::Crossing;
 
 /// Farthest that an eye may be from the objects' origin, metres: squares and cubes of coordinates
 /// stay finite in f32.
@@ -164,9 +167,10 @@ impl View {
     /// box near an edge of the frustum may pass though it is outside. What passes for a box passes
     /// for all that hold it.
     pub fn sees(&self, bounds: &Bounds) -> bool {
-        if bounds.is_empty() {
-            return false;
-        }
+        self.crossing(bounds, Crossing::UNKNOWN).is_some()
+    }
+
+    fn sees_grown(&self, bounds: &Bounds) -> bool {
         let grown = self.guarded(bounds);
         let (min, max) = (grown.min.as_dvec3(), grown.max.as_dvec3());
         self.planes.iter().all(|plane| {

@@ -19,6 +19,7 @@ use crate::camera::settings::{Results, TightBounds};
 /// One frame.
 pub(super) fn frame(walk: &mut Walk) -> Result<(), OcclusionError> {
     let same_frame = walk.settings.results == Results::SameFrame;
+    walk.enter();
     // Answers of earlier frames are there only where they are of the next frame.
     while !walk.state.batches.is_empty() {
         let ready = walk.ready()?;

@@ -36,6 +36,7 @@ use std::cmp::Reverse;
 /// One frame.
 pub(super) fn frame(walk: &mut Walk) -> Result<(), OcclusionError> {
     let same_frame = walk.settings.results == Results::SameFrame;
+    walk.enter();
     while !walk.state.batches.is_empty() {
         if !walk.ready()? {
             if same_frame {

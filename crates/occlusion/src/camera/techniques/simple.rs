@@ -8,26 +8,45 @@
 
 use super::walk::Walk;
 use crate::OcclusionError;
+use crate::camera::queue::Entry;
 use crate::camera::settings::TightBounds;
 
 /// Draws all objects in their order.
 pub(super) fn none(walk: &mut Walk) {
-    walk.state.room.queue.clear();
     for object in 0..walk.objects.objects.len() as u32 {
         walk.draw(&[object]);
     }
 }
 
-/// Draws what the frustum holds, front to back.
+/// Draws what the frustum holds, front to back. As nothing is asked in between, nodes are met as the
+/// tree stores them, and leaves are sorted in the end: that is the order of a queue, since no node is
+/// nearer than what holds it.
 pub(super) fn frustum(walk: &mut Walk) {
-    while let Some(node) = walk.next() {
-        walk.traverse(node);
+    let mut open = std::mem::take(&mut walk.state.room.open);
+    let mut leaves = std::mem::take(&mut walk.state.room.leaves);
+    open.clear();
+    leaves.clear();
+    open.extend(walk.root());
+    while let Some(node) = open.pop() {
+        if walk.tree.is_leaf(node) {
+            let distance = walk.view.distance(&walk.tree.nodes[node as usize].bounds);
+            leaves.push(Entry::new(distance, node));
+        } else {
+            walk.open(node, |_, child| open.push(child));
+        }
     }
+    leaves.sort_unstable();
+    for leaf in &leaves {
+        walk.draw(walk.tree.objects_of(leaf.node()));
+    }
+    walk.state.room.open = open;
+    walk.state.room.leaves = leaves;
 }
 
 /// Asks every node and waits for its answer, front to back. Every answer is a stall: it is asked
 /// for as soon as the question is put, with nothing else to do.
 pub(super) fn stop_and_wait(walk: &mut Walk) -> Result<(), OcclusionError> {
+    walk.enter();
     while let Some(node) = walk.next() {
         if walk.touches(node) {
             walk.traverse(node);

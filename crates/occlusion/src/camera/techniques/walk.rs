@@ -5,7 +5,7 @@ use crate::OcclusionError;
 use crate::camera::coverage::sum_up;
 use crate::camera::settings::{Coverage, Settings, TightBounds};
 use crate::camera::state::{Asked, Batch, Frame, Memory, State};
-use crate::camera::{Objects, Query, Renderer, Tree, View};
+use crate::camera::{Crossing, Objects, Query, Renderer, Tree, View};
 
 /// A frame under way.
 pub(super) struct Walk<'a> {
@@ -31,7 +31,7 @@ pub(super) struct Answer {
 }
 
 impl Walk<'_> {
-    /// Starts the frame at the root.
+    /// Starts the frame.
     pub fn begin(&mut self) -> Result<(), OcclusionError> {
         // Far from the end of the numbers, so that spans added to a frame's do not wrap.
         if self.state.frame > u32::MAX / 2 {
@@ -50,9 +50,6 @@ impl Walk<'_> {
         room.again.clear();
         room.inner.clear();
         room.outside.clear();
-        if let Some(root) = self.tree.nodes.first() {
-            room.queue.push(self.view.distance(&root.bounds), 0);
-        }
         self.renderer.begin(self.view)
     }
 
@@ -69,23 +66,61 @@ impl Walk<'_> {
         self.renderer.end()
     }
 
-    /// The nearest node of the queue that the frustum holds.
-    pub fn next(&mut self) -> Option<u32> {
-        while let Some(node) = self.state.room.queue.pop() {
-            self.out.work.nodes += 1;
-            if self.view.sees(&self.tree.nodes[node as usize].bounds) {
-                return Some(node);
-            }
-            self.state.room.outside.push(node);
+    /// The root, if the frustum holds it.
+    pub fn root(&mut self) -> Option<u32> {
+        (!self.tree.nodes.is_empty() && self.meet(0, Crossing::UNKNOWN)).then_some(0)
+    }
+
+    /// Puts the root into the queue.
+    pub fn enter(&mut self) {
+        if let Some(root) = self.root() {
+            self.enqueue(root);
         }
-        None
+    }
+
+    fn enqueue(&mut self, node: u32) {
+        let distance = self.view.distance(&self.tree.nodes[node as usize].bounds);
+        self.state.room.queue.push(distance, node);
+    }
+
+    /// The nearest node of the queue.
+    pub fn next(&mut self) -> Option<u32> {
+        self.state.room.queue.pop()
+    }
+
+    /// Whether the frustum holds a node. `above` is what its parent crosses.
+    fn meet(&mut self, node: u32, above: Crossing) -> bool {
+        self.out.work.nodes += 1;
+        let crossing = self.view.crossing(&self.tree.nodes[node as usize].bounds, above);
+        match crossing {
+            Some(crossing) => self.state.crossing[node as usize] = crossing,
+            None => self.state.room.outside.push(node),
+        }
+        crossing.is_some()
+    }
+
+    /// Hands on those children of an inner node that the frustum holds.
+    pub fn open(&mut self, node: u32, mut each: impl FnMut(&mut Self, u32)) {
+        self.state.room.inner.push(node);
+        let above = self.state.crossing[node as usize];
+        for child in self.tree.nodes[node as usize].children.clone() {
+            if self.meet(child, above) {
+                each(self, child);
+            }
+        }
     }
 
     /// Whether `node` cannot be asked.
     pub fn touches(&mut self, node: u32) -> bool {
+        let crossing = self.state.crossing[node as usize];
+        if !crossing.may_touch() {
+            return false;
+        }
         let touches = self.view.touches(&self.tree.nodes[node as usize].bounds);
         if touches {
             self.cover(node, self.view.width.saturating_mul(self.view.height));
+        } else {
+            self.state.crossing[node as usize] = crossing.without_touch();
         }
         touches
     }
@@ -112,18 +147,12 @@ impl Walk<'_> {
         before.visible != 0 && before.visible + 1 == self.state.frame
     }
 
-    /// Draws a leaf, puts the children of an inner node into the queue.
+    /// Draws a leaf, puts those children of an inner node into the queue that the frustum holds.
     pub fn traverse(&mut self, node: u32) {
-        let tree = self.tree;
-        let children = tree.nodes[node as usize].children.clone();
-        if children.is_empty() {
-            self.draw(tree.objects_of(node));
+        if self.tree.is_leaf(node) {
+            self.draw(self.tree.objects_of(node));
         } else {
-            self.state.room.inner.push(node);
-        }
-        for child in children {
-            let distance = self.view.distance(&tree.nodes[child as usize].bounds);
-            self.state.room.queue.push(distance, child);
+            self.open(node, Self::enqueue);
         }
     }
 

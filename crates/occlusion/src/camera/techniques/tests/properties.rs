@@ -1,9 +1,12 @@
 //! What holds whatever the knobs, the latency and the path.
 
 use super::world::{OneByOne, World, differences};
+use crate::camera::queue::FrontToBack;
 use crate::camera::software::owners;
 use crate::camera::techniques::oracle;
-use crate::camera::{Coverage, Frame, Memory, Results, Settings, State, Technique, TightBounds};
+use crate::camera::{
+    Coverage, Frame, Memory, Results, Settings, State, Technique, TightBounds, View,
+};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
@@ -30,6 +33,53 @@ fn settings() -> impl Strategy<Value = Settings> {
 
 fn latency() -> impl Strategy<Value = u32> {
     prop_oneof![Just(0), 1..30u32, Just(1_000_000)]
+}
+
+/// What the frustum holds and the nodes met, by a queue of all nodes, each tested in full.
+fn by_queue(world: &World, view: &View) -> (Vec<u32>, u64) {
+    let mut queue = FrontToBack::default();
+    let (mut drawn, mut nodes) = (Vec::new(), 0);
+    if !world.tree.nodes.is_empty() {
+        queue.push(0.0, 0);
+    }
+    while let Some(index) = queue.pop() {
+        nodes += 1;
+        let node = &world.tree.nodes[index as usize];
+        if view.sees(&node.bounds) {
+            if world.tree.is_leaf(index) {
+                drawn.extend_from_slice(world.tree.objects_of(index));
+            }
+            for child in node.children.clone() {
+                queue.push(view.distance(&world.tree.nodes[child as usize].bounds), child);
+            }
+        }
+    }
+    (drawn, nodes)
+}
+
+#[test]
+fn the_frustum_is_drawn_in_the_order_of_a_queue() {
+    let (mut drawn, mut ties) = (0, 0);
+    for seed in 0..60 {
+        let mut world = World::town(seed, 70);
+        if seed % 3 == 0 {
+            // In a grid, many are equally far.
+            let at = |i: u32| Vec3::new((i / 8) as f32 * 4.0 - 16.0, 0.0, (i % 8) as f32 * 4.0);
+            let boxes: Vec<(Vec3, Vec3)> = (0..64).map(|i| (at(i), Vec3::splat(2.0))).collect();
+            world = World::boxes(&boxes);
+        }
+        let mut views = world.jumps(seed, 8);
+        views.push(world.view(DVec3::new(-20.0, 1.0, 1.0), 0.0, 0.0));
+        let played = world.play(&Settings::new(Technique::Frustum), 0, &views);
+        for (view, played) in views.iter().zip(&played) {
+            let (list, nodes) = by_queue(&world, view);
+            assert_eq!((&played.frame.drawn, played.frame.work.nodes), (&list, nodes));
+            let distance = |o: &u32| view.distance(&world.objects.objects[*o as usize].bounds);
+            drawn += list.len();
+            ties += list.windows(2).filter(|w| distance(&w[0]) == distance(&w[1])).count();
+        }
+    }
+    assert!(drawn > 3000 && ties > 100, "{drawn} {ties}");
 }
 
 proptest! {
