@@ -139,7 +139,7 @@ impl Walk<'_> {
 
     /// Whether the last frame did not visit a node.
     pub fn is_unknown(&self, before: Memory) -> bool {
-        before.visited + 1 != self.state.frame
+        before.visited == 0 || before.visited + 1 != self.state.frame
     }
 
     /// Whether a node counted as visible in the last frame.

@@ -152,6 +152,21 @@ fn answers_of_the_next_frame_do_not_stall() {
 }
 
 #[test]
+fn answers_of_the_next_frame_miss_nothing_in_the_first() {
+    for technique in [Technique::Chc, Technique::ChcPlusPlus] {
+        let late = Settings { results: Results::NextFrame, ..Settings::new(technique) };
+        for seed in SEEDS {
+            let world = World::town(seed, 60);
+            for view in world.jumps(seed, 6) {
+                let views = [view];
+                let faults = world.faults(&late, &views, &world.play(&late, LATENCY, &views));
+                assert_eq!(faults, Vec::<String>::new(), "{technique:?}, town {seed}");
+            }
+        }
+    }
+}
+
+#[test]
 fn settings_out_of_range_are_named() {
     let refused = |settings: Settings| settings.check().unwrap_err().to_string();
     full().check().unwrap();
