@@ -28,8 +28,8 @@ pub fn claims() -> Vec<Claim> {
                     occluders, and nothing that it does not",
         place: "Hasselgren et al. 2016, section 5; the share is a goal of this project",
         method: "the boxes inscribed in the generated city's buildings, all of them, drawn by the \
-                 fast renderer and by masked buffers of the image's size, 640 x 360: three still \
-                 views and twelve frames of the tour. An object is hidden if every pixel of its \
+                 fast renderer and by masked buffers of the image's size, 1920 x 1080: three still \
+                 views and six frames of the tour. An object is hidden if every pixel of its \
                  box's rectangle has a nearer depth. Culled of the hidden, and culled of those that \
                  are not, in each view",
         judge: Box::new(share),
@@ -141,9 +141,9 @@ fn share(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
     });
     let (mut figures, mut views) = (Vec::new(), Vec::new());
     for (name, frames, step) in
-        [("close_ended", 1, 1), ("street", 1, 1), ("birds_eye", 1, 1), ("tour", 12, 10)]
+        [("close_ended", 1, 1), ("street", 1, 1), ("birds_eye", 1, 1), ("tour", 6, 20)]
     {
-        let path = path_of(&city, name, frames, step, [640, 360])?;
+        let path = path_of(&city, name, frames, step, [1920, 1080])?;
         let mut sums = Culled::default();
         for (index, shown) in path.shown(&way)?.iter().enumerate() {
             let frame = of_a_frame(&path, index, shown, &mut boxes)?;

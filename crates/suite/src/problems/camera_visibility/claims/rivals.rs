@@ -2,14 +2,17 @@
 
 use super::{
     coherence::paths,
-    support::{Way, asks, chc_plus_plus, hierarchical, lost, masked, sum},
+    support::{Path, Way, asks, chc_plus_plus, hierarchical, lost, masked, mean},
     verdict::{figure, judged, vote},
 };
 use crate::{
     SuiteError,
     claims::{Claim, ClaimContext, Judged, Verdict},
 };
-use dapple_occlusion::camera::{Technique, masked::Occluders};
+use dapple_occlusion::camera::{
+    Technique,
+    masked::{Occluders, Settings},
+};
 
 pub fn claims() -> Vec<Claim> {
     vec![
@@ -40,6 +43,16 @@ pub fn claims() -> Vec<Claim> {
                      most 512, 8,192 and 131,072 triangles of occluders. Met in a case if boxes \
                      leave at most 5 % more; a facade and a roof are missing from neither",
             judge: Box::new(boxes_and_meshes),
+        },
+        Claim {
+            id: "hasselgren-4",
+            statement: "More occluders never make masked buffers cull less",
+            place: "what a depth for each pixel grants; Hasselgren et al. 2016 do not",
+            method: "triangles drawn by masked culling on the same paths with boxes of at most 512, \
+                     2,048, 8,192, 32,768 and 131,072 triangles, nearest first: met on a path if no \
+                     step draws more. Two depths and a mask for 8 x 4 pixels forget the nearer one \
+                     where a third comes",
+            judge: Box::new(more),
         },
     ]
 }
@@ -78,34 +91,62 @@ fn as_much(pairs: &[[f64; 2]], lost: u64) -> Verdict {
     no_more(&near, lost)
 }
 
+/// Triangles that masked culling draws a frame, and pixels lost.
+fn drawn(path: &Path, occluders: Occluders, most_triangles: u64) -> Result<(f64, u64), SuiteError> {
+    let way = match masked(occluders) {
+        Way::Masked(settings) => Way::Masked(Settings { most_triangles, ..settings }),
+        other => other,
+    };
+    let shown = path.shown(&way)?;
+    Ok((mean(&shown, |w| w.triangles), lost(&shown)))
+}
+
 fn boxes_and_meshes(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
     let (mut figures, mut pairs, mut gone) = (Vec::new(), Vec::new(), 0);
     for (view, path) in paths()? {
-        for most_triangles in [512, 8192, 131_072] {
-            let mut drawn = [0.0; 2];
-            for (i, occluders) in [Occluders::InnerBoxes, Occluders::Meshes].into_iter().enumerate()
-            {
-                let Way::Masked(settings) = masked(occluders) else { continue };
-                let way = Way::Masked(dapple_occlusion::camera::masked::Settings {
-                    most_triangles,
-                    ..settings
-                });
-                let shown = path.shown(&way)?;
-                gone += lost(&shown);
-                drawn[i] = sum(&shown, |w| w.triangles) / shown.len().max(1) as f64;
-                let what = ["boxes", "meshes"][i];
-                figures.push(figure(
-                    format!("{view}, {what} of {most_triangles} triangles: drawn a frame"),
-                    drawn[i],
-                    "",
-                ));
-            }
-            pairs.push(drawn);
+        for most in [512, 8192, 131_072] {
+            let mut of = |name: &str, occluders| -> Result<f64, SuiteError> {
+                let (drawn, lost) = drawn(&path, occluders, most)?;
+                let what = format!("{view}, {name} of {most} triangles: drawn a frame");
+                figures.push(figure(what, drawn, ""));
+                gone += lost;
+                Ok(drawn)
+            };
+            pairs.push([of("boxes", Occluders::InnerBoxes)?, of("meshes", Occluders::Meshes)?]);
         }
     }
     let ratios: Vec<f64> = pairs.iter().map(|[a, b]| a / b.max(1.0)).collect();
     let because = format!("boxes leave {ratios:.2?} of what meshes leave, path by path");
     Ok(judged(as_much(&pairs, gone), because, figures))
+}
+
+/// Triangles drawn with more and more occluders, one list a path.
+fn falls(paths: &[Vec<f64>]) -> Verdict {
+    let steady = |drawn: &Vec<f64>| drawn.windows(2).all(|w| w[1] <= w[0]);
+    vote(&paths.iter().map(steady).collect::<Vec<_>>())
+}
+
+fn more(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
+    let (mut figures, mut all) = (Vec::new(), Vec::new());
+    for (view, path) in paths()? {
+        let mut list = Vec::new();
+        for most in [512, 2048, 8192, 32_768, 131_072] {
+            let (drawn, _) = drawn(&path, Occluders::InnerBoxes, most)?;
+            figures.push(figure(format!("{view}, {most} triangles: drawn a frame"), drawn, ""));
+            list.push(drawn);
+        }
+        all.push(list);
+    }
+    let ends: Vec<f64> = all
+        .iter()
+        .filter_map(|list| {
+            let least = list.iter().copied().fold(f64::INFINITY, f64::min);
+            list.last().map(|last| last / least.max(1.0))
+        })
+        .collect();
+    let because =
+        format!("with the most occluders {ends:.2?} of the least are drawn, path by path");
+    Ok(judged(falls(&all), because, figures))
 }
 
 #[cfg(test)]
@@ -120,6 +161,13 @@ mod tests {
         assert_eq!(no_more(&[[1.5, 1.0]], 0), Refuted);
         assert_eq!(no_more(&[[0.5, 1.0]], 1), Refuted);
         assert_eq!(no_more(&[[f64::NAN, 1.0]], 0), Refuted);
+    }
+
+    #[test]
+    fn more_occluders_cull_more_everywhere_or_not() {
+        assert_eq!(falls(&[vec![9.0, 8.0, 8.0], vec![3.0, 2.0]]), Reproduced);
+        assert_eq!(falls(&[vec![9.0, 8.0, 8.5], vec![3.0, 2.0]]), Open);
+        assert_eq!(falls(&[vec![9.0, 8.0, 8.5]]), Refuted);
     }
 
     #[test]

@@ -31,17 +31,18 @@ const NEAR: f64 = 1e-4;
 const OBJECT_TRIANGLES: u32 = 128;
 
 /// A city ready to be drawn.
+#[derive(Clone)]
 pub struct Town {
     /// Its buildings and lights.
-    pub city: City,
+    pub city: Rc<City>,
     /// With cameras and paths.
-    pub scene: Scene,
+    pub scene: Rc<Scene>,
     /// One a storey, roof, ground or tree.
     pub objects: Arc<Objects>,
     /// The city's own hierarchy.
     pub tree: Rc<Tree>,
     /// Corners of boxes that lie inside buildings, local space.
-    pub inner: Vec<[Vec3; 8]>,
+    pub inner: Rc<Vec<[Vec3; 8]>>,
 }
 
 /// A city by its scene's name, with some parameters given.
@@ -70,7 +71,13 @@ pub fn town(name: &str, given: &[(&str, Value)]) -> Result<Rc<Town>, SuiteError>
     let inner =
         boxes.map(|b| b.corners().map(|c| (c - objects.origin).as_vec3())).collect::<Vec<_>>();
     let objects = Arc::new(objects);
-    let town = Rc::new(Town { city, scene, objects, tree: Rc::new(tree), inner });
+    let town = Rc::new(Town {
+        city: Rc::new(city),
+        scene: Rc::new(scene),
+        objects,
+        tree: Rc::new(tree),
+        inner: Rc::new(inner),
+    });
     MADE.with_borrow_mut(|made| made.insert(key, Rc::clone(&town)));
     Ok(town)
 }
@@ -92,6 +99,14 @@ impl Town {
         let near_m = NEAR * self.scene.bounds().radius();
         let one = |camera| Ok(View::new(camera, &self.objects, width, height, near_m)?);
         cameras.iter().step_by(step.max(1)).take(frames as usize).map(one).collect()
+    }
+
+    /// The same city under the hierarchy of smallest surfaces.
+    ///
+    /// # Errors
+    /// None that the city's own has not met.
+    pub fn bottom_up(&self) -> Result<Self, SuiteError> {
+        Ok(Self { tree: Rc::new(Tree::bottom_up(&self.objects)?), ..self.clone() })
     }
 
     /// Triangles of all objects.
