@@ -15,6 +15,7 @@ pub mod plan;
 pub mod problem;
 pub mod problems;
 pub mod run;
+pub mod scene;
 pub mod shell;
 pub mod stress;
 pub mod sweep;

@@ -6,10 +6,12 @@
 
 pub mod at;
 pub mod child;
+pub(crate) mod edit;
 pub mod judge;
 pub mod line;
 pub mod run;
 pub mod search;
+pub(crate) mod settings;
 
 use crate::{
     SuiteError,

@@ -4,7 +4,7 @@ use crate::{
     SuiteError,
     case::{self, Source},
     knob::{Get, Knobs},
-    problems::shadow_filtering::scene as complete,
+    scene as complete,
 };
 use dapple_scene::{
     Camera, CameraPath, Scene,

@@ -3,7 +3,6 @@
 use super::{
     errors::Compared,
     given::{Given, NOT_VALID, receiver},
-    scene,
     settings::{self, kernel_texels},
     subject_cpu::CpuSubject,
     subject_gpu::{GpuSubject, raster_error},
@@ -15,6 +14,7 @@ use crate::{
     knob::Get,
     light_mesh,
     problem::{Facts, Form, Prepared, Setting, Subject},
+    scene,
     truth_cache::TruthCache,
 };
 use dapple_gpu::{Gpu, light_space::LightSpaceMesh};

@@ -1,11 +1,12 @@
 //! The problem end to end on small cases.
 
-use super::{ShadowCase, ShadowFiltering, scene};
+use super::{ShadowCase, ShadowFiltering};
 use crate::{
     SuiteError,
     case::Case,
     knob::{self, Knobs},
     problem::{Form, Prepared, Problem, Setting},
+    scene,
 };
 use dapple_gpu::testing::test_gpu;
 use dapple_scene::{AlphaTest, Light, Scene, Texture, generate};

@@ -18,7 +18,8 @@ use crate::{
     case::Case,
     knob::Get,
     problem::{Facts, Form, Picture, Prepared, Setting, Subject},
-    problems::shadow_filtering::{given::Given, scene as complete},
+    problems::shadow_filtering::given::Given,
+    scene as complete,
     truth_cache::TruthCache,
 };
 use dapple_gpu::{Gpu, light_space::LightSpaceMesh};

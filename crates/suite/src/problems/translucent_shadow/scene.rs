@@ -5,7 +5,7 @@ use crate::{
     SuiteError,
     case::{self, Source},
     knob::{Get, Knobs},
-    problems::shadow_filtering::scene as complete,
+    scene as complete,
 };
 use dapple_scene::{Facing, Light, Mesh, Scene, Strands, generate, import};
 use glam::DVec3;

@@ -3,8 +3,10 @@
 use super::{CHEAP, FORMS, SEEN, made, made::field, of_scene, unpushed, world::FIELD};
 use crate::{
     problem::Setting,
-    problems::shadow_filtering::stress::{edit, position, with},
-    stress::{Axis, Values},
+    stress::{
+        Axis, Values, edit,
+        settings::{position, with},
+    },
 };
 use dapple_scene::{Camera, Projection, Scene};
 use glam::{DAffine3, DVec3, Vec2};

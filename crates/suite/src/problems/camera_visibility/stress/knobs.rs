@@ -3,8 +3,10 @@
 use super::{FORMS, PAYS, SEEN, unpushed};
 use crate::{
     problem::Setting,
-    problems::shadow_filtering::stress::{never, position, with},
-    stress::{Axis, Values},
+    stress::{
+        Axis, Values,
+        settings::{never, position, with},
+    },
 };
 
 /// Enough frames for what is remembered to matter.

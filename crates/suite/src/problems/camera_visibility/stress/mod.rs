@@ -22,8 +22,10 @@ use crate::{
     SuiteError,
     case::Case,
     problem::Form,
-    problems::shadow_filtering::stress::{as_it_is, never},
-    stress::{Axis, Criterion, Prepare, Values},
+    stress::{
+        Axis, Criterion, Prepare, Values,
+        settings::{as_it_is, never},
+    },
 };
 use dapple_scene::Scene;
 

@@ -6,11 +6,8 @@ use crate::{
     case::Case,
     knob::{self, Knobs},
     problem::{Form, Prepared, Setting},
-    problems::{
-        camera_visibility::{SPEC, VisibilityCase, scene},
-        shadow_filtering::stress::edit,
-    },
-    stress::{Axis, Values, judge},
+    problems::camera_visibility::{SPEC, VisibilityCase, scene},
+    stress::{Axis, Values, edit, judge},
 };
 use std::collections::BTreeSet;
 

@@ -3,11 +3,8 @@
 use super::{UNCHANGED, checked, load, made, made::field, of, of_scene, parameter, pushed};
 use crate::{
     case::Case,
-    problems::{
-        camera_visibility::{VisibilityCase, scene::Loaded},
-        shadow_filtering::stress::{edit, position},
-    },
-    stress::{Axis, Prepare, Values},
+    problems::camera_visibility::{VisibilityCase, scene::Loaded},
+    stress::{Axis, Prepare, Values, edit, settings::position},
 };
 use dapple_scene::{Instance, Mesh, Projection, Scene};
 use glam::{DAffine3, DQuat, DVec3};

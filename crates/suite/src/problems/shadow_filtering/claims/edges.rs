@@ -1,13 +1,13 @@
 //! H7.4, D7.1 and D7.2: where the edge of a shadow lies and how wide it is.
 
 use super::{
-    super::scene,
     still::{ESM, VSM},
     verdict::{all_of, count, figure, judged, near, vote},
 };
 use crate::{
     SuiteError,
     claims::{Claim, ClaimContext, Figure, Judged, Verdict},
+    scene,
 };
 use dapple_metrics::edge;
 use dapple_scene::LightView;

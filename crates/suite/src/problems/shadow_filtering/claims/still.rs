@@ -1,11 +1,12 @@
 //! Scenes as the judges see them: receivers, truth and one depth map, prepared once and shared.
 
-use super::super::{SPEC, ShadowCase, kernel_texels, scene};
+use super::super::{SPEC, ShadowCase, kernel_texels};
 use super::scenes::{SLATS, SPHERES_COARSE, SPHERES_FINE, slats, spheres};
 use crate::{
     SuiteError,
     case::Case,
     knob::{self, Knobs},
+    scene,
 };
 use dapple_metrics::{leak_energy, rmse};
 use dapple_shadows::filtering::{

@@ -1,10 +1,13 @@
 //! Input that must be refused, each kind with a good one beside it.
 
-use super::{CHEAP, FORMS, HARDER, as_it_is, edit, position, pushed, unpushed, with};
+use super::{CHEAP, FORMS, HARDER, pushed, unpushed};
 use crate::{
     problem::Setting,
     problems::shadow_filtering::given::Given,
-    stress::{Axis, Values},
+    stress::{
+        Axis, Values, edit,
+        settings::{as_it_is, position, with},
+    },
 };
 use dapple_scene::Scene;
 use serde_json::Value;

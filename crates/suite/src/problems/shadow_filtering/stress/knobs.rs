@@ -1,11 +1,14 @@
 //! Extremes of settings and of the window.
 
-use super::{CHEAP, FORMS, HARDER, never, position, unpushed, with};
+use super::{CHEAP, FORMS, HARDER, unpushed};
 use crate::{
     case::Case,
     problem::Setting,
     problems::shadow_filtering::{SPEC, ShadowCase},
-    stress::{Axis, Criterion, Values},
+    stress::{
+        Axis, Criterion, Values,
+        settings::{never, position, with},
+    },
 };
 
 /// The axes, each pushed alone.

@@ -5,20 +5,19 @@
 //! and the window; `bad` is input that must be refused.
 
 mod bad;
-pub(in crate::problems) mod edit;
 mod knobs;
 #[cfg(test)]
 mod tests;
 mod world;
 
-use super::{ShadowCase, given::Given, scene};
+use super::{ShadowCase, given::Given};
 use crate::{
     case::Case,
-    problem::{Form, Setting},
+    problem::Form,
+    scene,
     stress::{Axis, Criterion, Prepare},
 };
 use dapple_scene::Scene;
-use serde_json::Value;
 
 /// The extremes.
 pub fn axes() -> Vec<Axis> {
@@ -44,27 +43,6 @@ const UNCHANGED: Criterion = Criterion { metric: "rmse", times: 1.0, plus: 0.005
 /// error pass an image without any shadow.
 const HARDER: Criterion = Criterion { metric: "rmse", times: 1.25, plus: 0.02 };
 
-/// Nothing is bad at any value.
-pub(in crate::problems) fn never(_: f64) -> bool {
-    false
-}
-
-pub(in crate::problems) fn as_it_is(setting: &Setting, _: f64) -> Option<Setting> {
-    Some(setting.clone())
-}
-
-/// The setting with another value of a knob, where the technique has it. The knob's own range is
-/// passed over: that is what extremes are.
-pub(in crate::problems) fn with(
-    setting: &Setting,
-    knob: &str,
-    value: impl Into<Value>,
-) -> Option<Setting> {
-    let mut changed = setting.clone();
-    *changed.knobs.get_mut(knob)? = value.into();
-    Some(changed)
-}
-
 /// The case as it is, whatever the value.
 fn unpushed() -> Prepare {
     Box::new(|case, _, gpu| Ok(Box::new(ShadowCase::prepare(case, gpu)?)))
@@ -78,10 +56,4 @@ fn pushed(push: fn(Scene, f64, &Case) -> (Scene, Given)) -> Prepare {
         let loaded = scene::complete(scene, loaded.notes)?;
         Ok(Box::new(ShadowCase::given(loaded, given, case, gpu)?))
     })
-}
-
-/// Position of a word on an axis of words.
-pub(in crate::problems) fn position(value: f64) -> usize {
-    // Negative and not a number become 0, which is home on every such axis.
-    value as usize
 }

@@ -1,13 +1,14 @@
 //! The extremes themselves: what they must leave alone, what they must break, what must be refused.
 
-use super::{axes, edit};
+use super::axes;
 use crate::{
     SuiteError,
     case::Case,
     knob::{self, Knobs},
     problem::{Form, Prepared, Setting},
-    problems::shadow_filtering::{SPEC, ShadowCase, given::Given, scene},
-    stress::{Axis, Values},
+    problems::shadow_filtering::{SPEC, ShadowCase, given::Given},
+    scene,
+    stress::{Axis, Values, edit, settings},
 };
 use dapple_scene::Scene;
 use std::collections::BTreeSet;
@@ -242,7 +243,7 @@ fn triangles_without_area_change_nothing() {
         assert_eq!(home.truth(), with.truth(), "{name}");
         assert_eq!(home.depth_map(128), with.depth_map(128), "{name}");
         let picture = |prepared: &ShadowCase<'_>| {
-            let setting = super::with(&setting("vsm"), "resolution", 128).unwrap();
+            let setting = settings::with(&setting("vsm"), "resolution", 128).unwrap();
             prepared.subject(&setting).unwrap().check().unwrap();
             prepared.subject(&setting).unwrap().picture().unwrap().unwrap().result
         };

@@ -1,11 +1,14 @@
 //! Extremes of the scene, its light, and the numbers they are kept in.
 
-use super::{CHEAP, FORMS, HARDER, UNCHANGED, as_it_is, edit, never, position, pushed, with};
+use super::{CHEAP, FORMS, HARDER, UNCHANGED, pushed};
 use crate::{
     knob::Get,
     problem::Setting,
     problems::shadow_filtering::given::Given,
-    stress::{Axis, Criterion, Values},
+    stress::{
+        Axis, Criterion, Values, edit,
+        settings::{as_it_is, never, position, with},
+    },
 };
 use dapple_scene::Scene;
 

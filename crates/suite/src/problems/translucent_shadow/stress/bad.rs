@@ -3,8 +3,10 @@
 use super::{CHEAP, FORMS, HARDER, both, pushed, unpushed};
 use crate::{
     problem::Setting,
-    problems::shadow_filtering::stress::{as_it_is, edit, position, with},
-    stress::{Axis, Values},
+    stress::{
+        Axis, Values, edit,
+        settings::{as_it_is, position, with},
+    },
 };
 use dapple_scene::Scene;
 use serde_json::Value;

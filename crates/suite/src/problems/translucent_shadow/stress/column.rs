@@ -6,11 +6,11 @@ use crate::{
     SuiteError,
     case::Case,
     problem::Setting,
-    problems::{
-        shadow_filtering::stress::{never, with},
-        translucent_shadow::{SPEC, scene::Loaded},
+    problems::translucent_shadow::{SPEC, scene::Loaded},
+    stress::{
+        Axis, Prepare, Values,
+        settings::{never, with},
     },
-    stress::{Axis, Prepare, Values},
 };
 use dapple_scene::{Camera, Instance, Light, Material, Mesh, Projection, Scene};
 use glam::{DAffine3, DVec3, Vec3};

@@ -4,11 +4,11 @@ use super::{CHEAP, FORMS, HARDER, LAYERING, TranslucentCase, unpushed};
 use crate::{
     case::Case,
     problem::Setting,
-    problems::{
-        shadow_filtering::stress::{never, position, with},
-        translucent_shadow::SPEC,
+    problems::translucent_shadow::SPEC,
+    stress::{
+        Axis, Criterion, Values,
+        settings::{never, position, with},
     },
-    stress::{Axis, Criterion, Values},
 };
 
 /// The axes, each pushed alone.

@@ -6,11 +6,8 @@ use crate::{
     case::Case,
     knob::{self, Knobs},
     problem::{Form, Prepared, Setting},
-    problems::{
-        shadow_filtering::stress::edit,
-        translucent_shadow::{SPEC, TranslucentCase, scene, scene::Wishes},
-    },
-    stress::{Axis, Values},
+    problems::translucent_shadow::{SPEC, TranslucentCase, scene, scene::Wishes},
+    stress::{Axis, Values, edit},
 };
 use dapple_opacity_maps::Model;
 use std::collections::{BTreeMap, BTreeSet};

@@ -5,11 +5,11 @@ use crate::{
     case::Case,
     knob::Get,
     problem::Setting,
-    problems::{
-        shadow_filtering::stress::{as_it_is, edit, never, position, with},
-        translucent_shadow::scene::{self, Loaded, Wishes},
+    problems::translucent_shadow::scene::{self, Loaded, Wishes},
+    stress::{
+        Axis, Criterion, Prepare, Values, edit,
+        settings::{as_it_is, never, position, with},
     },
-    stress::{Axis, Criterion, Prepare, Values},
 };
 use dapple_scene::{Light, Scene, generate};
 use glam::{DAffine3, DQuat, DVec3};
