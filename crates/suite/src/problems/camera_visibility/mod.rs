@@ -17,6 +17,8 @@ mod settings;
 mod spec;
 mod stress;
 mod subject;
+#[cfg(test)]
+mod tests;
 mod truth;
 
 pub use case::VisibilityCase;

@@ -14,7 +14,8 @@ const OPENING_RAD: f64 = std::f64::consts::FRAC_PI_3;
 pub struct Made(Scene);
 
 const SQUARE: u32 = 0;
-const CUBE: u32 = 1;
+/// Mesh of the cubes.
+pub const CUBE: u32 = 1;
 const SCREEN: u32 = 2;
 
 impl Made {

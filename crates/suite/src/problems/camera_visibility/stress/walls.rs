@@ -16,8 +16,8 @@ use glam::{DQuat, DVec3};
 /// The axes, each pushed alone.
 pub fn axes() -> Vec<Axis> {
     vec![
-        slit("slit", "upright", |value, case| behind_a_slit(value, 0.0, case)),
-        slit("slit-aslant", "aslant", |value, case| behind_a_slit(value, SLANT_RAD, case)),
+        slit("slit", |value, case| behind_a_slit(value, 0.0, case)),
+        slit("slit-aslant", |value, case| behind_a_slit(value, SLANT_RAD, case)),
         wall_distance(),
         separation(),
         coplanar(),
@@ -33,13 +33,14 @@ const SLANT_RAD: f64 = 0.21;
 /// counts from the right.
 const COLUMNS: [f64; 5] = [0.0, 0.0, 1.0, -1.0, 30.0];
 
-fn slit(id: &'static str, _kind: &'static str, make: fn(f64, &Case) -> Scene) -> Axis {
+fn slit(id: &'static str, make: fn(f64, &Case) -> Scene) -> Axis {
     Axis {
         unit: "px",
         ..of_scene(
             id,
-            "width of a slit between two walls, upright or aslant, before the pixel centres at the \
-             image's edges and far objects",
+            "width of a slit between two walls, upright or aslant, on pixel centres at the image's \
+             edges, before far objects; below 1/256 px, to which rasterisers snap, forms show \
+             different things in it",
             Values::Log { least: 1e-3, greatest: 10.0, per_decade: 3 },
             1.0,
             super::made(make),

@@ -7,7 +7,7 @@ use crate::{
     stress::{Axis, Prepare, Values, edit, settings::position},
 };
 use dapple_scene::{Instance, Mesh, Projection, Scene};
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 /// The axes, each pushed alone.
 pub fn axes() -> Vec<Axis> {
@@ -229,7 +229,7 @@ fn far_object() -> Axis {
                 let half = DVec3::splat(0.05 * value);
                 let place =
                     DAffine3::from_scale_rotation_translation(half, DQuat::IDENTITY, middle);
-                scene.instances.push(Instance { mesh: 1, transform: place });
+                scene.instances.push(Instance { mesh: made::CUBE, transform: place });
                 scene
             }),
         )
@@ -243,8 +243,8 @@ const CONTENTS: &[Content] = &[
     ("as-it-is", |scene, _| scene),
     ("one-cube", |_, case| field(1, case.seed)),
     ("one-square", |_, case| field(0, case.seed)),
-    ("points", |scene, _| flattened(scene, DVec3::ZERO)),
-    ("flat", |scene, _| flattened(scene, DVec3::new(1.0, 0.0, 1.0))),
+    ("points", |scene, _| flattened(scene, Vec3::ZERO)),
+    ("flat", |scene, _| flattened(scene, Vec3::new(1.0, 0.0, 1.0))),
     ("inside-a-cube", around_the_eye),
     ("empty-view", |scene, _| edit::seen_from_behind(scene)),
     ("nothing", |scene, _| edit::without_triangles(scene)),
@@ -281,10 +281,17 @@ fn content() -> Axis {
     }
 }
 
-/// Every second instance scaled about its middle.
-fn flattened(mut scene: Scene, by: DVec3) -> Scene {
-    for instance in scene.instances.iter_mut().step_by(2) {
-        instance.transform = instance.transform * DAffine3::from_scale(by);
+/// Every second cube of a mesh whose corners lie at one point, or in a plane.
+fn flattened(mut scene: Scene, by: Vec3) -> Scene {
+    let mut flat = scene.meshes[made::CUBE as usize].clone();
+    for position in &mut flat.positions {
+        *position *= by;
+    }
+    scene.meshes.push(flat);
+    let mesh = scene.meshes.len() as u32 - 1;
+    let cubes = scene.instances.iter_mut().filter(|instance| instance.mesh == made::CUBE);
+    for instance in cubes.step_by(2) {
+        instance.mesh = mesh;
     }
     scene
 }
@@ -292,6 +299,6 @@ fn flattened(mut scene: Scene, by: DVec3) -> Scene {
 /// A cube that holds all places of the camera and hides all else.
 fn around_the_eye(mut scene: Scene, _: &Case) -> Scene {
     let transform = DAffine3::from_scale(DVec3::splat(1.5));
-    scene.instances.push(Instance { mesh: 1, transform });
+    scene.instances.push(Instance { mesh: made::CUBE, transform });
     scene
 }
