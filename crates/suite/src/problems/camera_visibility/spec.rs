@@ -17,7 +17,7 @@ pub static SPEC: Spec = Spec {
         Constraint { metric: "missed", limit: 0.0 },
         Constraint { metric: "foreknowledge", limit: 0.0 },
     ],
-    levels: [1.0, 3.0, 10.0],
+    levels: [3.0, 10.0, 30.0],
     pictures: true,
     parameters: PARAMETERS,
     default_scene: "city_small",
