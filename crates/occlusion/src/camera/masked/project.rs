@@ -144,7 +144,8 @@ impl Projection {
             let at = self.clip(p.to_array()).map(f64::from);
             Corner { at, vertex: (vertex.code & CLIPPED == 0).then_some(vertex), open: open[i] }
         };
-        let mut polygon: Vec<Corner> = (0..3).map(corner).collect();
+        let mut polygon = Polygon::EMPTY;
+        (0..3).for_each(|i| polygon.push(corner(i)));
         let [gx, gy] = self.guard.map(f64::from);
         let planes: [[f64; 4]; 5] = [
             [0.0, 0.0, -1.0, 1.0],
@@ -154,20 +155,21 @@ impl Projection {
             [0.0, -1.0, 0.0, gy],
         ];
         for plane in planes {
-            polygon = cut(&polygon, plane);
+            polygon = cut(polygon.corners(), plane);
         }
+        let polygon = polygon.corners();
         if polygon.len() < 3 || polygon.iter().any(|c| c.at[3] <= 0.0) {
             return;
         }
-        let flat: Vec<Vertex> = polygon
-            .iter()
-            .map(|c| c.vertex.unwrap_or_else(|| self.snap(c.at.map(|v| v as f32))))
-            .collect();
-        let last = flat.len() - 1;
+        let flat = |i: usize| {
+            let corner = &polygon[i];
+            corner.vertex.unwrap_or_else(|| self.snap(corner.at.map(|v| v as f32)))
+        };
+        let last = polygon.len() - 1;
         for i in 1..last {
             let edges =
                 [i == 1 && polygon[0].open, polygon[i].open, i + 1 == last && polygon[last].open];
-            each([flat[0], flat[i], flat[i + 1]], edges);
+            each([flat(0), flat(i), flat(i + 1)], edges);
         }
     }
 }
@@ -181,9 +183,38 @@ struct Corner {
     open: bool,
 }
 
-fn cut(polygon: &[Corner], plane: [f64; 4]) -> Vec<Corner> {
+/// Five cuts give a triangle at most five more corners.
+const MOST_CORNERS: usize = 12;
+
+/// What cuts leave of a triangle; takes nothing from the heap.
+struct Polygon {
+    corners: [Corner; MOST_CORNERS],
+    count: usize,
+}
+
+impl Polygon {
+    const EMPTY: Self = {
+        let corner = Corner { at: [0.0; 4], vertex: None, open: true };
+        Self { corners: [corner; MOST_CORNERS], count: 0 }
+    };
+
+    fn corners(&self) -> &[Corner] {
+        &self.corners[..self.count]
+    }
+
+    // Rounding may make a polygon wave about a plane; what is more than the array holds is less
+    // than a step of the grid.
+    fn push(&mut self, corner: Corner) {
+        if self.count < MOST_CORNERS {
+            self.corners[self.count] = corner;
+            self.count += 1;
+        }
+    }
+}
+
+fn cut(polygon: &[Corner], plane: [f64; 4]) -> Polygon {
     let distance = |c: &Corner| (0..4).map(|j| plane[j] * c.at[j]).sum::<f64>();
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    let mut kept = Polygon::EMPTY;
     for (i, corner) in polygon.iter().enumerate() {
         let next = &polygon[(i + 1) % polygon.len()];
         let (here, there) = (distance(corner), distance(next));
