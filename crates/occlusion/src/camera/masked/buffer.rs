@@ -28,6 +28,18 @@ pub(super) struct Tile {
 
 const CLEAR: Tile = Tile { reference: [0.0; 8], working: [f32::INFINITY; 8], mask: [0; 8] };
 
+/// Depths below count as this one when losses are compared: 65,536 times the near plane's distance.
+/// Clear is not infinitely far, or any layer would be given up to close any hole.
+const FARTHEST: f32 = 1.0 / 65_536.0;
+
+/// What is lost where the pixels of `mask` are taken from `near` back to `far`: octaves of depth,
+/// 2^15 each, times pixels. The bits of a float are its logarithm, near enough.
+#[inline(always)]
+pub(super) fn loss(mask: u32, near: f32, far: f32) -> i32 {
+    let bits = |depth: f32| (if depth > FARTHEST { depth } else { FARTHEST }).to_bits() as i32;
+    mask.count_ones() as i32 * ((bits(near) - bits(far)) >> 8)
+}
+
 /// How it is computed. Both give the same buffer, bit for bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {

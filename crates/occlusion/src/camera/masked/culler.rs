@@ -1,6 +1,6 @@
 //! The technique: draw occluders, then walk the tree and ask the buffer.
 //!
-//! Nodes are taken front to back. A node that is outside the frustum, or whose rectangle is hidden
+//! What is drawn into the buffer, see `occluders.rs`. Then nodes are taken front to back. A node that is outside the frustum, or whose rectangle is hidden
 //! at its nearest depth, is left with all below it; what the near plane touches counts as visible.
 //! Nothing is remembered between frames, nothing waits for the renderer, and what is drawn may be
 //! drawn anywhere: silhouettes are moved inwards by as much as renderers may differ.
@@ -11,6 +11,7 @@
 
 use super::buffer::{Buffer, Form};
 use super::occluders::{Occluders, Set};
+use super::question::Question;
 use super::silhouette::MOVED;
 use crate::OcclusionError;
 use crate::camera::queue::FrontToBack;
@@ -27,7 +28,7 @@ pub struct Settings {
     /// Columns of the buffer, 1..=16384; its rows follow from the image's shape. `None`: the
     /// image's size.
     pub columns: Option<u32>,
-    /// Most triangles of occluders in a frame; the nearest are taken.
+    /// Most triangles of occluders in a frame; the largest on the image are taken.
     pub most_triangles: u64,
 }
 
@@ -79,7 +80,8 @@ impl Culler {
     }
 
     /// Draws one frame; what was drawn stands in `out`. A question to the buffer counts as a query
-    /// of one box, and as wasted where it culled nothing; there are no batches and no stalls.
+    /// of one box, and as wasted where it culled nothing; there are no batches and no stalls. What is
+    /// asked to choose occluders is not counted.
     ///
     /// # Errors
     /// Occluders that are not finite, or the renderer's.
@@ -115,7 +117,7 @@ impl Culler {
         while let Some(index) = self.queue.pop() {
             let node = &tree.nodes[index as usize];
             out.work.nodes += 1;
-            if !view.sees(&node.bounds) || !self.may_show(view, &node.bounds, exact_size, out) {
+            if !view.sees(&node.bounds) || !self.may_show(view, &node.bounds, out) {
                 continue;
             }
             if tree.is_leaf(index) {
@@ -145,27 +147,11 @@ impl Culler {
         Ok(size)
     }
 
-    fn may_show(&self, view: &View, bounds: &Bounds, exact_size: bool, out: &mut Frame) -> bool {
-        if view.touches(bounds) {
-            return true;
-        }
-        let Some((rect, depth)) = view.screen_rect(bounds) else { return true };
+    fn may_show(&self, view: &View, bounds: &Bounds, out: &mut Frame) -> bool {
+        let Some(question) = Question::new(view, bounds, self.buffer.size()) else { return true };
         out.work.queries += 1;
         out.work.boxes += 1;
-        let [width, height] = self.buffer.size();
-        let range = |low: f32, high: f32, image: u32, buffer: u32| {
-            let scale = f64::from(buffer) / f64::from(image);
-            let (low, high) = (f64::from(low) * scale, f64::from(high) * scale);
-            // Rounding of the product is far below this.
-            let (low, high) = (low - 1e-6, high + 1e-6);
-            // Centres, or whole pixels.
-            let half = if exact_size { 0.5 } else { 0.0 };
-            let first = if exact_size { (low - half).ceil() } else { low.floor() };
-            [first.max(0.0) as u32, ((high - half).floor() + 1.0).max(0.0) as u32]
-        };
-        let x = range(rect[0], rect[2], view.width, width);
-        let y = range(rect[1], rect[3], view.height, height);
-        let shows = self.buffer.shows(x, y, depth);
+        let shows = question.shows(&self.buffer);
         out.work.wasted += u64::from(shows);
         shows
     }

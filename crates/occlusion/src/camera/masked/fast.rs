@@ -4,7 +4,7 @@
 //! A lane is a scanline of a tile while coverage is found, 32 pixels of one word; the words' bytes
 //! are then dealt out to the subtiles, and a lane is a subtile.
 
-use super::buffer::{Buffer, Occluder, TILE_HEIGHT, TILE_WIDTH, Tile};
+use super::buffer::{Buffer, Occluder, TILE_HEIGHT, TILE_WIDTH, Tile, loss};
 use super::project::Projection;
 use super::silhouette::each_triangle;
 use super::triangle::Triangle;
@@ -127,15 +127,22 @@ fn update(tile: &mut Tile, mask: &[u32; 8], corner: f32, triangle: &Triangle) {
     let mut next = *tile;
     for i in 0..8 {
         let passes = (mask[i] != 0) & (depth[i] > reference[i]);
-        let drops = depth[i] - working[i] > working[i] - reference[i];
-        let under = if drops { f32::INFINITY } else { working[i] };
-        let merged = if drops { mask[i] } else { held[i] | mask[i] };
-        let nearer = if under < depth[i] { under } else { depth[i] };
-        let full = merged == u32::MAX;
-        next.reference[i] = if passes & full { nearer } else { reference[i] };
-        let layer = if full { f32::INFINITY } else { nearer };
+        let newer = depth[i] >= working[i];
+        let near = if newer { depth[i] } else { working[i] };
+        let far = if newer { working[i] } else { depth[i] };
+        let of_near = if newer { mask[i] } else { held[i] };
+        let of_far = if newer { held[i] } else { mask[i] } & !of_near;
+        let all = of_near | of_far;
+        let (covered, full) = (of_near == u32::MAX, all == u32::MAX);
+        let keeps = full | (loss(of_near, near, far) > loss(of_far, far, reference[i]));
+
+        let below = if covered { near } else { far };
+        let layer = if keeps { near } else { far };
+        let layer = if covered { f32::INFINITY } else { layer };
+        let bits = if keeps { of_near } else { all };
+        let bits = if covered { 0 } else { bits };
+        next.reference[i] = if passes & full { below } else { reference[i] };
         next.working[i] = if passes { layer } else { working[i] };
-        let bits = if full { 0 } else { merged };
         next.mask[i] = if passes { bits } else { held[i] };
     }
     *tile = next;

@@ -13,9 +13,18 @@
 //! - A triangle's depth in a subtile is that of its plane at the subtile's farthest pixel centre,
 //!   not farther than its farthest corner, rounded away by a bound on all errors, and by as much as
 //!   its plane rises within the distance that a renderer may move it.
+//! - A subtile holds three depths for a moment: the reference, the layer, the triangle. Two are kept
+//!   exactly where they cover all of it; the original takes the nearer of them back even then, so
+//!   that a wall far away spoils what stands half before it. Otherwise one is given up: the
+//!   original compares how far apart they are, this one counts pixels too, and in octaves of depth.
+//! - Occluders are chosen by size, see `occluders.rs`; the original takes them as they come.
 //! - A question looks at the masks: a pixel of the working layer counts with that layer's depth.
 //!   The original looks at the reference layer alone.
 //! - One triangle at a time is set up; the original sets up as many as there are lanes.
+//!
+//! No occluder lowers a reference depth. So what is hidden stays hidden by more occluders, if the
+//! question is about whole subtiles; a question about parts of them may look at a layer that is
+//! given up later.
 
 mod buffer;
 mod connectivity;
@@ -23,6 +32,7 @@ mod culler;
 mod fast;
 mod occluders;
 mod project;
+mod question;
 mod reference;
 mod silhouette;
 mod triangle;

@@ -1,5 +1,16 @@
-//! What is drawn into the buffer.
+//! What is drawn into the buffer, and in what order.
+//!
+//! The largest occluders first, the nearest first among those of a size, until the triangles are
+//! spent. Size is that of the rectangle on the buffer, in powers of four; what reaches the near
+//! plane counts as large as the buffer. A node of the tree comes in its own size's turn and hands
+//! on its children: no child is larger. What the buffer hides already is left out with all below
+//! it, and so is what is smaller than a quarter of a subtile, which it could not fill.
+//!
+//! To pick large and near occluders is common practice; the classes, one queue over nodes and
+//! occluders, and asking the buffer first are ours. More triangles continue the same sequence, so
+//! they lower no reference depth.
 
+use super::question::Question;
 use super::{Buffer, Connectivity, Edges, Facing, Occluder};
 use crate::OcclusionError;
 use crate::camera::queue::FrontToBack;
@@ -17,6 +28,11 @@ pub enum Occluders {
     /// that have to catch it.
     OuterBoxesUnsound,
 }
+
+/// Classes of size: a buffer has 2^28 pixels at most.
+const CLASSES: usize = 15;
+/// Pixels of an occluder's rectangle, at least.
+const LEAST_PIXELS: u64 = 8;
 
 /// Two triangles a side, [`Bounds::corners`]' order.
 const BOX: [[u32; 3]; 12] = [
@@ -42,7 +58,7 @@ pub(super) struct Set {
     /// One a template, or that of [`BOX`].
     connectivity: Vec<Connectivity>,
     /// Room to work in.
-    queue: FrontToBack,
+    queues: [FrontToBack; CLASSES],
     positions: Vec<Vec3>,
 }
 
@@ -58,11 +74,10 @@ impl Set {
             _ => vec![Connectivity::new(&corners, &BOX)],
         };
         let boxes = if kind == Occluders::InnerBoxes { boxes.to_vec() } else { Vec::new() };
-        Self { kind, boxes, connectivity, queue: FrontToBack::default(), positions: Vec::new() }
+        Self { kind, boxes, connectivity, queues: Default::default(), positions: Vec::new() }
     }
 
-    /// Draws occluders in sight front to back, as many as `most` triangles hold. Gives the number
-    /// of triangles.
+    /// Draws occluders in sight, as many as `most` triangles hold. Gives the number of triangles.
     pub(super) fn draw(
         &mut self,
         objects: &Objects,
@@ -72,35 +87,32 @@ impl Set {
         inset: u32,
         buffer: &mut Buffer,
     ) -> Result<u64, OcclusionError> {
-        self.queue.clear();
-        let over_tree = self.kind != Occluders::InnerBoxes;
-        if over_tree && !tree.nodes.is_empty() {
-            self.queue.push(0.0, 0);
-        }
-        for (index, corners) in self.boxes.iter().enumerate() {
-            let bounds = around(corners);
-            if view.sees(&bounds) {
-                self.queue.push(view.distance(&bounds), index as u32);
+        self.queues.iter_mut().for_each(FrontToBack::clear);
+        let size = buffer.size();
+        if self.kind == Occluders::InnerBoxes {
+            for index in 0..self.boxes.len() as u32 {
+                self.add(tree, view, index, size);
             }
+        } else if !tree.nodes.is_empty() {
+            self.add(tree, view, 0, size);
         }
         let mut triangles = 0;
-        while let Some(next) = self.queue.pop() {
-            let object = if over_tree {
-                let node = &tree.nodes[next as usize];
-                if !view.sees(&node.bounds) {
-                    continue;
-                }
-                if !tree.is_leaf(next) {
-                    for child in node.children.clone() {
-                        self.queue.push(view.distance(&tree.nodes[child as usize].bounds), child);
-                    }
-                    continue;
-                }
+        while let Some(next) = self.queues.iter_mut().rev().find_map(FrontToBack::pop) {
+            let question = Question::new(view, &self.bounds(tree, next), size);
+            if question.is_some_and(|question| !question.shows(buffer)) {
+                continue;
+            }
+            let object = if self.kind == Occluders::InnerBoxes {
+                next
+            } else if tree.is_leaf(next) {
                 tree.objects_of(next)[0]
             } else {
-                next
+                for child in tree.nodes[next as usize].children.clone() {
+                    self.add(tree, view, child, size);
+                }
+                continue;
             };
-            if over_tree && !objects.occludes(object) {
+            if self.kind != Occluders::InnerBoxes && !objects.occludes(object) {
                 continue;
             }
             let count = self.triangles(objects, object);
@@ -111,6 +123,27 @@ impl Set {
             self.one(objects, object, view, inset, buffer)?;
         }
         Ok(triangles)
+    }
+
+    /// Puts a box or a node where it belongs.
+    fn add(&mut self, tree: &Tree, view: &View, index: u32, size: [u32; 2]) {
+        let bounds = self.bounds(tree, index);
+        if !view.sees(&bounds) {
+            return;
+        }
+        let whole = u64::from(size[0]) * u64::from(size[1]);
+        let pixels = Question::new(view, &bounds, size).map_or(whole, |q| q.pixels());
+        if pixels >= LEAST_PIXELS {
+            let class = pixels.ilog2() as usize / 2;
+            self.queues[class.min(CLASSES - 1)].push(view.distance(&bounds), index);
+        }
+    }
+
+    fn bounds(&self, tree: &Tree, index: u32) -> Bounds {
+        match self.kind {
+            Occluders::InnerBoxes => around(&self.boxes[index as usize]),
+            Occluders::Meshes | Occluders::OuterBoxesUnsound => tree.nodes[index as usize].bounds,
+        }
     }
 
     fn triangles(&self, objects: &Objects, index: u32) -> u64 {

@@ -1,6 +1,6 @@
 //! The buffer computed pixel by pixel: coverage by exact edge functions in integers.
 
-use super::buffer::{Buffer, Occluder, TILE_HEIGHT, TILE_WIDTH, Tile};
+use super::buffer::{Buffer, Occluder, TILE_HEIGHT, TILE_WIDTH, Tile, loss};
 use super::project::{Projection, STEPS};
 use super::silhouette::each_triangle;
 use super::triangle::Triangle;
@@ -74,22 +74,28 @@ fn covers(triangle: &Triangle, x: i32, y: i32) -> bool {
     })
 }
 
-/// Adds `mask` at `depth` to a subtile: the heuristic of Hasselgren et al. 2016, section 4.
+/// Adds `mask` at `depth` to a subtile. Its pixels then have three depths: that of the nearer layer,
+/// of the farther one where that is not covered, and the reference. Where they cover the subtile,
+/// two will do. Else the nearer layer is taken back to the farther, or the farther to the
+/// reference: whichever loses less.
 fn update(tile: &mut Tile, i: usize, mask: u32, depth: f32) {
-    let (reference, working) = (&mut tile.reference[i], &mut tile.working[i]);
-    if mask == 0 || depth <= *reference {
+    let (reference, working, held) = (tile.reference[i], tile.working[i], tile.mask[i]);
+    if mask == 0 || depth <= reference {
         return;
     }
-    // The working layer is dropped where it lies closer to the reference than to what is new.
-    if depth - *working > *working - *reference {
-        *working = f32::INFINITY;
-        tile.mask[i] = 0;
-    }
-    *working = working.min(depth);
-    tile.mask[i] |= mask;
-    if tile.mask[i] == u32::MAX {
-        *reference = *working;
-        *working = f32::INFINITY;
-        tile.mask[i] = 0;
-    }
+    let newer = depth >= working;
+    let (near, far) = if newer { (depth, working) } else { (working, depth) };
+    let (of_near, of_far) = if newer { (mask, held) } else { (held, mask) };
+    let of_far = of_far & !of_near;
+    let all = of_near | of_far;
+    let layers = if of_near == u32::MAX {
+        (near, f32::INFINITY, 0)
+    } else if all == u32::MAX {
+        (far, near, of_near)
+    } else if loss(of_near, near, far) > loss(of_far, far, reference) {
+        (reference, near, of_near)
+    } else {
+        (reference, far, all)
+    };
+    (tile.reference[i], tile.working[i], tile.mask[i]) = layers;
 }

@@ -5,18 +5,18 @@ use crate::camera::techniques::tests::world::World;
 use crate::camera::{Frame, Image, Renderer, View};
 use glam::DVec3;
 
-fn settings(occluders: Occluders, columns: Option<u32>) -> Settings {
+pub fn settings(occluders: Occluders, columns: Option<u32>) -> Settings {
     Settings { form: Form::Fast, occluders, columns, most_triangles: u64::MAX }
 }
 
 /// Boxes inside cubes: a little smaller.
-fn inner_boxes(world: &World) -> Vec<[Vec3; 8]> {
+pub fn inner_boxes(world: &World) -> Vec<[Vec3; 8]> {
     let cubes = world.objects.objects.iter().filter(|o| o.template == 0);
     let unit = crate::camera::Bounds { min: Vec3::splat(0.01), max: Vec3::splat(0.99) };
     cubes.map(|o| unit.corners().map(|p| o.place(p))).collect()
 }
 
-fn play(world: &World, settings: Settings, view: &View) -> (Frame, Image) {
+pub fn play(world: &World, settings: Settings, view: &View) -> (Frame, Image) {
     let mut renderer = world.renderer(0);
     let mut culler = Culler::new(settings, &world.objects, &inner_boxes(world)).unwrap();
     let mut frame = Frame::default();
@@ -24,7 +24,7 @@ fn play(world: &World, settings: Settings, view: &View) -> (Frame, Image) {
     (frame, renderer.image().clone())
 }
 
-fn everything(world: &World, view: &View) -> Image {
+pub fn everything(world: &World, view: &View) -> Image {
     let mut renderer = world.renderer(0);
     let all: Vec<u32> = (0..world.objects.objects.len() as u32).collect();
     renderer.begin(view).unwrap();
@@ -33,14 +33,14 @@ fn everything(world: &World, view: &View) -> Image {
     renderer.image().clone()
 }
 
-fn views(world: &World, seed: u64) -> Vec<View> {
+pub fn views(world: &World, seed: u64) -> Vec<View> {
     let mut views = world.walk(6);
     views.extend(world.jumps(seed, 6));
     views
 }
 
 /// Depths; which of two things at equal depth owns a pixel is left to the order of drawing.
-fn same(a: &Image, b: &Image) -> bool {
+pub fn same(a: &Image, b: &Image) -> bool {
     a.depth == b.depth
 }
 

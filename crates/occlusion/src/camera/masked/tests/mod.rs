@@ -1,7 +1,9 @@
 //! Masked culling never hides what a depth for each pixel would show.
 
 mod cases;
+mod choice;
 mod culling;
+mod layers;
 mod truth;
 
 use super::buffer::Tile;
