@@ -1,7 +1,7 @@
 //! Nodes by distance.
 //!
-//! An entry is one number of 128 bits, distance above index: a comparison is two instructions and no
-//! branch. With pairs it is a branch that is guessed wrongly half of the time.
+//! An entry is one number of 128 bits, distance above index: a comparison takes two instructions and
+//! no branch, where pairs are compared part by part.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -5,6 +5,11 @@
 //! (`bittner2004`).
 //!
 //! Deviations: none known.
+//!
+//! Limit of the frustum alone: nodes in the order of memory, most of them wholly inside, and a sort of
+//! the leaves by numbers of 16 bytes. Seen: 25 ns a node met (31,255 of `city`, 0.8 ms a frame; with a
+//! queue 153 ns and 4.8 ms). More in larger cities, 77 ns a node (71,972 of `city_9`): in the
+//! order of distance, the 76 bytes of each object lie anywhere.
 
 use super::walk::Walk;
 use crate::OcclusionError;

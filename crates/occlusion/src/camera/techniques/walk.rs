@@ -1,4 +1,11 @@
 //! What all techniques do: walking the tree, drawing, asking, and remembering answers.
+//!
+//! Limit: a node that is met costs its entry of the tree (44 bytes, siblings side by side), a byte of
+//! what it crosses, an entry of the queue (16 bytes) and what is remembered of it (20 bytes), and few
+//! operations: the planes that its parent crosses, and a distance. Seen on one core of a server
+//! (2026, `camera_times` along the street of `city`, 256 x 144), with the queries made: CHC 93 ns a
+//! node, CHC++ 86 ns, stop-and-wait 82 ns. With five planes and the guard band computed for every
+//! node, the latter twice, and pairs in the queue, it was 249, 246 and 167 ns.
 
 use super::{jitter, tight_bounds};
 use crate::OcclusionError;
