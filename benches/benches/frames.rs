@@ -25,6 +25,17 @@ problem = "translucent-shadow"
 parameters = { width = [192] }
 "#;
 
+const VISIBILITY: &str = r#"
+about = "every way to find what a camera sees, along a street of the small city"
+[[measure]]
+problem = "camera-visibility"
+parameters = { width = [192], frames = [4] }
+"#;
+
+fn visibility(criterion: &mut Criterion) {
+    dapple_benches::sweep(criterion, "visibility", VISIBILITY);
+}
+
 fn shadows(criterion: &mut Criterion) {
     dapple_benches::sweep(criterion, "shadows", SHADOWS);
 }
@@ -37,5 +48,5 @@ fn partition(criterion: &mut Criterion) {
     dapple_benches::sweep(criterion, "partition", PARTITION);
 }
 
-criterion_group!(frames, shadows, translucent, partition);
+criterion_group!(frames, shadows, translucent, partition, visibility);
 criterion_main!(frames);
