@@ -158,11 +158,10 @@ fn placed(at: DVec3, size: DVec3, turn_rad: f64) -> DAffine3 {
 /// Things of all sizes, 40 m wide: houses of which some are turned, walls, fences with holes, twins
 /// in one place and flat ones among them.
 fn town(rng: &mut Pcg64, jumps: f64) -> Scene {
-    let mut things =
-        vec![(0, placed(DVec3::new(-30.0, -1.0, -30.0), DVec3::new(60.0, 1.0, 60.0), 0.0))];
-    if rng.random_bool(0.3) {
-        things.clear();
-    }
+    // Something is always seen: the ground, or a tower in the middle.
+    let ground = placed(DVec3::new(-30.0, -1.0, -30.0), DVec3::new(60.0, 1.0, 60.0), 0.0);
+    let tower = placed(DVec3::new(-1.0, 0.0, -1.0), DVec3::new(2.0, 9.0, 2.0), 0.0);
+    let mut things = vec![(0, if rng.random_bool(0.7) { ground } else { tower })];
     for _ in 0..rng.random_range(20..70) {
         let mut between = |a: f64, b: f64| rng.random_range(a..b);
         let at = DVec3::new(between(-20.0, 20.0), between(-0.1, 0.1), between(-20.0, 20.0));
@@ -231,7 +230,7 @@ pub fn small_city(
     Ok((city, parts, scene))
 }
 
-/// Steps at eye height of which a share of `jumps` leads anywhere within `half`.
+/// Steps of which a share of `jumps` leads anywhere within `half`, to look about at the middle.
 fn path(rng: &mut Pcg64, half: DVec2, jumps: f64) -> CameraPath {
     let (mut at, mut heading) = (DVec3::ZERO, 0.0_f64);
     let mut key = |index: u32| {
@@ -239,7 +238,7 @@ fn path(rng: &mut Pcg64, half: DVec2, jumps: f64) -> CameraPath {
             let height = if rng.random_bool(0.6) { 1.7 } else { rng.random_range(0.5..14.0) };
             let mut side = |half: f64| rng.random_range(-half..half);
             at = DVec3::new(side(half.x), height, side(half.y));
-            heading = rng.random_range(0.0..6.3);
+            heading = (-at.z).atan2(-at.x) + rng.random_range(-0.4..0.4);
         } else {
             at += DVec3::new(heading.cos(), 0.0, heading.sin()) * rng.random_range(0.1..0.6);
             heading += rng.random_range(-0.05..0.05);

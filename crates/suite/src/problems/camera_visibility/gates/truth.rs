@@ -25,7 +25,7 @@ pub fn gates() -> Vec<Gate> {
                 "truth: owners",
                 "of rectangles that face the camera, each owns the pixels and rays that no nearer \
                  one covers",
-                "the rectangles stand a pixel aside",
+                "the camera stands a metre further back",
             ),
             |context, faulty| rectangles(context, faulty, 1.0, 1.0),
         ),
@@ -73,16 +73,16 @@ fn rectangle(rng: &mut Pcg64, number: u32) -> Rectangle {
     }
 }
 
-/// The scene of rectangles, each a flat box, moved aside by so many pixels, looked at along -z.
-fn scene(rectangles: &[Rectangle], aside_px: f64) -> Scene {
+/// The scene of rectangles, each a flat box, looked at along -z from so far behind where they were
+/// measured.
+fn scene(rectangles: &[Rectangle], back_m: f64) -> Scene {
     let (width, height) = (f64::from(input::WIDTH), f64::from(input::WIDTH * 9 / 16));
     let half = DVec2::new((0.5_f64).tan() * width / height, (0.5_f64).tan());
     let boxes: Vec<(DVec3, DVec3)> = rectangles
         .iter()
         .map(|r| {
             let world = |p: DVec2| {
-                let ndc =
-                    DVec2::new(2.0 * (p.x + aside_px) / width - 1.0, 1.0 - 2.0 * p.y / height);
+                let ndc = DVec2::new(2.0 * p.x / width - 1.0, 1.0 - 2.0 * p.y / height);
                 (ndc * half * r.distance).extend(-r.distance)
             };
             let (a, b) = (world(r.min), world(r.max));
@@ -90,7 +90,8 @@ fn scene(rectangles: &[Rectangle], aside_px: f64) -> Scene {
         })
         .collect();
     let mut scene = input::boxes("rectangles", &boxes);
-    let ahead = input::camera(DVec3::ZERO, DVec3::NEG_Z);
+    let eye = DVec3::Z * back_m;
+    let ahead = input::camera(eye, eye + DVec3::NEG_Z);
     scene.paths = vec![CameraPath { name: "path".into(), keys: vec![ahead], frames: 1 }];
     scene
 }
@@ -106,17 +107,17 @@ fn owner(rectangles: &[Rectangle], p: DVec2, sign: f64) -> Option<u32> {
 fn rectangles(
     context: &GateContext<'_>,
     faulty: bool,
-    aside_px: f64,
+    back_m: f64,
     sign: f64,
 ) -> Result<Tally, SuiteError> {
     let mut tally = Tally::default();
-    let (aside_px, sign) = if faulty { (aside_px, sign) } else { (0.0, 1.0) };
+    let (back_m, sign) = if faulty { (back_m, sign) } else { (0.0, 1.0) };
     for number in 0..play::cases(context, CASES, faulty) {
         let mut rng = input::rng(context.seed, "rectangles", number);
         let given: Vec<Rectangle> =
             (0..rng.random_range(2..12)).map(|i| rectangle(&mut rng, i)).collect();
         let samples = ("truth_samples", i64::from(SAMPLES));
-        let case = input::of(scene(&given, aside_px), None, 0, &[samples], None)?;
+        let case = input::of(scene(&given, back_m), None, 0, &[samples], None)?;
         let mut expected: BTreeMap<u32, [u32; 2]> = BTreeMap::new();
         for y in 0..input::WIDTH * 9 / 16 {
             for x in 0..input::WIDTH {

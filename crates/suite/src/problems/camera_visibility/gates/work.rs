@@ -150,9 +150,12 @@ fn stalls(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteError> 
     Ok(tally)
 }
 
+/// Turns an option off.
+type Switch = fn(Settings) -> Settings;
+
 fn options(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteError> {
     let mut tally = Tally::default();
-    let switched: [(&str, fn(Settings) -> Settings); 6] = [
+    let switched: [(&str, Switch); 6] = [
         ("batches", |s| Settings { batch: 1, ..s }),
         ("assumed visibility", |s| Settings { assumed_visible: 0, ..s }),
         ("jitter", |s| Settings { jitter: false, ..s }),
