@@ -213,7 +213,7 @@ const TECHNIQUES: &[Technique] = &[
         "Masked software occlusion culling",
         "hasselgren2016",
         &[
-            variant("meshes", "occluders are the objects themselves, nearest first"),
+            variant("meshes", "occluders are the objects themselves, largest first"),
             variant("boxes", "occluders are boxes inscribed in buildings: cities only"),
         ],
         &[

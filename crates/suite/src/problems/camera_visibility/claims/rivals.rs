@@ -49,7 +49,7 @@ pub fn claims() -> Vec<Claim> {
             statement: "More occluders never make masked buffers cull less",
             place: "what a depth for each pixel grants; Hasselgren et al. 2016 do not",
             method: "triangles drawn by masked culling on the same paths with boxes of at most 512, \
-                     2,048, 8,192, 32,768 and 131,072 triangles, nearest first: met on a path if no \
+                     2,048, 8,192, 32,768 and 131,072 triangles, largest first: met on a path if no \
                      step draws more. Two depths and a mask for 8 x 4 pixels may forget the nearer one \
                      where a third comes",
             judge: Box::new(more),
