@@ -132,7 +132,12 @@ impl Set {
             return;
         }
         let whole = u64::from(size[0]) * u64::from(size[1]);
-        let pixels = Question::new(view, &bounds, size).map_or(whole, |q| q.pixels());
+        let question = Question::new(view, &bounds, size);
+        if question.is_none() && self.kind == Occluders::InnerBoxes {
+            // The eye may stand between the box and the wall that it stands for.
+            return;
+        }
+        let pixels = question.map_or(whole, |q| q.pixels());
         if pixels >= LEAST_PIXELS {
             let class = pixels.ilog2() as usize / 2;
             self.queues[class.min(CLASSES - 1)].push(view.distance(&bounds), index);

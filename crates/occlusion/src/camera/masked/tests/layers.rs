@@ -2,18 +2,17 @@
 
 use super::*;
 
-/// Questions about whole subtiles: columns, rows, depth.
+/// Questions about whole subtiles within the image: columns, rows, depth.
 fn questions(size: [u32; 2], seed: u64) -> Vec<([u32; 2], [u32; 2], f32)> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut range = |size: u32, side: u32| {
-        let most = size.div_ceil(side);
-        let first = random.random_range(0..most);
-        [first * side, random.random_range(first + 1..=most) * side]
+        let most = size / side;
+        let first = random.random_range(0..=most);
+        [first * side, random.random_range(first..=most) * side]
     };
     let mut ranges: Vec<_> = (0..40).map(|_| (range(size[0], 8), range(size[1], 4))).collect();
     // Small ones are hidden more often.
-    let cells =
-        |size: u32, side: u32| (0..size.div_ceil(side)).map(move |i| [i * side, (i + 1) * side]);
+    let cells = |size: u32, side: u32| (0..size / side).map(move |i| [i * side, (i + 1) * side]);
     ranges.extend(cells(size[0], 8).flat_map(|x| cells(size[1], 4).map(move |y| (x, y))));
     ranges.into_iter().map(|(x, y)| (x, y, random.random_range(0.0..0.5))).collect()
 }
