@@ -9,6 +9,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use dapple_occlusion::camera::masked::{Buffer, Edges, Facing, Form, Occluder};
 
+#[allow(dead_code, reason = "tests read more of a recording than the bench")]
 #[path = "../../crates/occlusion/tests/recording/mod.rs"]
 mod recording;
 
