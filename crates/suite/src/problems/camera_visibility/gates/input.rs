@@ -282,6 +282,8 @@ pub fn setting(
             "tau" if exact || rng.random_bool(0.5) => 0.into(),
             "readiness" if form != Form::Gpu => "modelled".into(),
             "traversal" if form == Form::Gpu => "flat".into(),
+            // Several times the image's columns: the reference fills every pixel by itself.
+            "buffer" => anywhere(rng, knob).as_i64().unwrap_or(0).min(5 * i64::from(WIDTH)).into(),
             // What the device does is asked elsewhere.
             "counting" => "auto".into(),
             _ => anywhere(rng, knob),
