@@ -34,7 +34,7 @@ fn speed(id: &'static str, criterion: Criterion) -> Axis {
         ..of_scene(
             id,
             "the camera's way along the scene's path in a frame, from standing still to jumping \
-             about; past the path's end it starts again",
+             about; past the path's end it starts again, and a step longer than the path leads anywhere",
             Values::FromZero { least: 1e-3, greatest: 1e4, per_decade: 1 },
             1.0,
             pushed(|loaded, value, case| with_path(loaded, case, |scene, i| walk(scene, value, i))),
@@ -74,9 +74,8 @@ fn with_path(
     loaded
 }
 
-/// Share of a path that is walked before it starts again: no round length, or large round steps
-/// would stand still.
-const SHARE: f64 = 0.941_421_356;
+/// Multiples of the golden ratio fill an interval evenly and repeat nowhere.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Frame `index` of a walk along the first path at `speed` metres a frame.
 pub(super) fn walk(scene: &Scene, speed: f64, index: u32) -> Option<Camera> {
@@ -86,8 +85,12 @@ pub(super) fn walk(scene: &Scene, speed: f64, index: u32) -> Option<Camera> {
     let cameras: Vec<Camera> = (0..fine.frames).filter_map(|i| fine.camera(i)).collect();
     let step = |pair: &[Camera]| pair[0].position.distance(pair[1].position);
     let length: f64 = cameras.windows(2).map(step).sum();
-    let turned_back = SHARE * length;
-    let mut left = if length > 0.0 { (speed * f64::from(index)) % turned_back } else { 0.0 };
+    let index = f64::from(index);
+    // A step longer than the path leads anywhere, and not back to nearly the same place.
+    let mut left = match speed < length {
+        true => (speed * index) % length,
+        false => length * (index * GOLDEN).fract(),
+    };
     for pair in cameras.windows(2) {
         let step = step(pair);
         if left <= step && step > 0.0 {
