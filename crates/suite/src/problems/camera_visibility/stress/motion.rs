@@ -34,7 +34,8 @@ fn speed(id: &'static str, criterion: Criterion) -> Axis {
         ..of_scene(
             id,
             "the camera's way along the scene's path in a frame, from standing still to jumping \
-             about; past the path's end it starts again, and a step longer than the path leads anywhere",
+             about; past the path's end it starts again, and a step longer than the path leads \
+             anywhere",
             Values::FromZero { least: 1e-3, greatest: 1e4, per_decade: 1 },
             1.0,
             pushed(|loaded, value, case| with_path(loaded, case, |scene, i| walk(scene, value, i))),
