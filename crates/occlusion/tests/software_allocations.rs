@@ -2,6 +2,7 @@
 //! with it: nothing once they have been along the path.
 //!
 //! A binary of its own: the counters belong to the whole process, so it holds one test.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_occlusion::camera::hierarchical_depth::{self, Traversal, cpu};
 use dapple_occlusion::camera::software::Fast;
@@ -131,7 +132,6 @@ fn check(name: &str, views: &[View], mut frame: impl FnMut(&View, &mut Frame)) {
     let first = along();
     along();
     let again = along();
-    println!("{name}: {first} bytes, later {again}");
     // The pool's threads may grow their queues of work late.
     assert!(first > 1_000 && again < 5_000, "{name}: {first} bytes, later {again}");
 }

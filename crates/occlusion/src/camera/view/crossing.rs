@@ -55,17 +55,17 @@ impl View {
             return None;
         }
         let mut crossed = above.0 & TOUCH;
-        let mut outside = false;
+        let mut inside = true;
         for (i, plane) in self.planes.iter().enumerate() {
             let bit = 1 << i;
             if above.0 & bit == 0 {
                 continue;
             }
             let [least, furthest] = along(plane, min, max);
-            outside |= !(furthest >= 0.0);
+            inside &= furthest >= 0.0;
             crossed |= if least >= 0.0 { 0 } else { bit };
         }
-        (!outside || self.sees_grown(bounds)).then_some(Crossing(crossed))
+        (inside || self.sees_grown(bounds)).then_some(Crossing(crossed))
     }
 }
 
