@@ -19,6 +19,8 @@ pub mod scene;
 pub mod shell;
 pub mod stress;
 pub mod sweep;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod truth_cache;
 pub mod verify;
 

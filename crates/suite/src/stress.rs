@@ -5,6 +5,7 @@
 //! not finite, or by a crash; bad input must be refused.
 
 pub mod at;
+pub(crate) mod bad;
 pub mod child;
 pub(crate) mod edit;
 pub mod judge;
@@ -12,6 +13,9 @@ pub mod line;
 pub mod run;
 pub mod search;
 pub(crate) mod settings;
+#[cfg(test)]
+pub(crate) mod testing;
+pub(crate) mod world;
 
 use crate::{
     SuiteError,
@@ -82,6 +86,9 @@ pub type Prepare = Box<
         + Sync,
 >;
 
+/// The setting at a value of the axis; `None` for a technique to which the axis means nothing.
+pub type Push = Box<dyn Fn(&Setting, f64) -> Option<Setting> + Send + Sync>;
+
 /// One extreme of a problem.
 pub struct Axis {
     /// Name on the command line and in records, e.g. `scale`.
@@ -105,8 +112,8 @@ pub struct Axis {
     pub must_refuse: fn(f64) -> bool,
     /// The case at a value.
     pub prepare: Prepare,
-    /// The setting at a value; `None` for a technique to which the axis means nothing.
-    pub setting: fn(&Setting, f64) -> Option<Setting>,
+    /// The setting at a value.
+    pub setting: Push,
 }
 
 impl Values {

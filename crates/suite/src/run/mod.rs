@@ -236,21 +236,8 @@ mod tests {
         records::{open, resume_key},
         *,
     };
-    use crate::sweep::Sweep;
+    use crate::{sweep::Sweep, testing::played_by};
     use std::time::Instant;
-
-    fn options(folder: &Path, script: &str) -> Options {
-        Options {
-            records: folder.into(),
-            adapter: None,
-            command: "test".into(),
-            shard: String::new(),
-            program: "/bin/sh".into(),
-            arguments: vec!["-c".into(), script.into()],
-            fresh: false,
-            fault: None,
-        }
-    }
 
     fn plan(limit_s: u64) -> Plan {
         let text = format!(
@@ -266,7 +253,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let never = AtomicBool::new(false);
         let finished =
-            run(&plan(limit_s), &options(folder.path(), script), &never, &mut |_| ()).unwrap();
+            run(&plan(limit_s), &played_by(script, folder.path()), &never, &mut |_| ()).unwrap();
         let rows = dapple_records::read_file(&finished.path).unwrap().rows;
         rows.into_iter()
             .map(|row| match row.status {
@@ -328,7 +315,7 @@ mod tests {
             format!(r#"read job; echo '{{"event":"note","text":"no ground"}}'; {BEGIN_1}; exit 4"#);
         let mut notes = 0;
         let never = AtomicBool::new(false);
-        run(&plan(60), &options(folder.path(), &script), &never, &mut |progress| {
+        run(&plan(60), &played_by(&script, folder.path()), &never, &mut |progress| {
             notes += usize::from(matches!(progress, Progress::Note("no ground")));
         })
         .unwrap();
@@ -344,7 +331,7 @@ mod tests {
     #[test]
     fn only_the_same_work_by_the_same_program_is_resumed() {
         let folder = tempfile::tempdir().unwrap();
-        let base = options(folder.path(), "");
+        let base = played_by("", folder.path());
         let key = resume_key(&plan(60).hash(), &base);
         assert_eq!(key, resume_key(&plan(60).hash(), &base));
         let repeats = Plan { repeats: 9, ..plan(60) };
@@ -364,7 +351,7 @@ mod tests {
     #[test]
     fn a_run_in_progress_is_not_joined_and_a_concatenated_file_resumes_its_last_run() {
         let folder = tempfile::tempdir().unwrap();
-        let options = options(folder.path(), "");
+        let options = played_by("", folder.path());
         let (writer, _) = open("t", "key", &options).unwrap();
         let run = writer.run().to_string();
         let error = open("t", "key", &options).unwrap_err();

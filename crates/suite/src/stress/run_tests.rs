@@ -1,21 +1,8 @@
 //! Deaths of the pushing process, played by a shell script in its place.
 
 use super::*;
-use crate::problem::Form;
+use crate::{problem::Form, testing::played_by};
 use std::sync::atomic::Ordering;
-
-fn options(folder: &Path, script: &str) -> Options {
-    Options {
-        records: folder.into(),
-        adapter: None,
-        command: "test".into(),
-        shard: String::new(),
-        program: "/bin/sh".into(),
-        arguments: vec!["-c".into(), script.into()],
-        fresh: false,
-        fault: None,
-    }
-}
 
 /// One axis of a real problem; the script decides what becomes of it.
 fn plan(limit_s: u64) -> StressPlan {
@@ -38,7 +25,7 @@ fn plan(limit_s: u64) -> StressPlan {
 fn run_script(script: &str, limit_s: u64) -> Finished {
     let folder = tempfile::tempdir().unwrap();
     let never = AtomicBool::new(false);
-    let options = options(folder.path(), script);
+    let options = played_by(script, folder.path());
     run(&plan(limit_s), &options, &never, &mut |_| ()).unwrap()
 }
 
@@ -96,7 +83,7 @@ fn an_axis_that_cannot_begin_fails_with_its_code() {
 fn a_stopped_run_is_resumed_with_its_points() {
     let folder = tempfile::tempdir().unwrap();
     let stop = AtomicBool::new(false);
-    let options = options(folder.path(), DIES);
+    let options = played_by(DIES, folder.path());
     let error = run(&plan(60), &options, &stop, &mut |progress| {
         if matches!(progress, Progress::Point(_)) {
             stop.store(true, Ordering::Relaxed);

@@ -6,9 +6,10 @@ use super::{
     *,
 };
 use crate::{
-    problem::{Checked, Facts, FrameTime, Subject},
+    problem::{Checked, Facts, FrameTime, Subject, Technique},
     problems,
     run::protocol::Event,
+    testing,
 };
 use dapple_records::{StressLine, safe_set::safe_set};
 use std::sync::{
@@ -82,9 +83,9 @@ fn axis(values: Values, home: f64, prepared: &Arc<AtomicUsize>) -> Axis {
             }
             Ok(Box::new(Fake(value)))
         }),
-        setting: |setting, value| {
+        setting: Box::new(|setting, value| {
             (setting.technique != "picky" || value < 50.0).then(|| setting.clone())
-        },
+        }),
     }
 }
 
@@ -261,6 +262,10 @@ fn every_axis_is_declared_soundly() {
             assert_eq!(axis.fault(spec), None, "{} {}", spec.id, axis.id);
             assert!(!axis.help.is_empty() && axis.grid().len() > 1, "{} {}", spec.id, axis.id);
             assert_eq!(axes.iter().filter(|other| other.id == axis.id).count(), 1);
+            let plain = |t: &Technique| testing::setting(spec, t.id, "", t.forms[0], &[]);
+            let meant = |t: &Technique| (axis.setting)(&plain(t), axis.home).is_some();
+            let what = format!("{} {} means nothing to any technique", spec.id, axis.id);
+            assert!(spec.techniques.iter().any(meant), "{what}");
             if let Some(fault) = find_axis(*problem, "no-such-axis").err() {
                 assert!(fault.to_string().contains(axis.id), "{fault}");
             }

@@ -4,6 +4,7 @@
 //! The criterion is the same everywhere: not one frame may be wrong.
 
 use super::{
+    PartitionOffsets,
     case::Crown,
     spec::{CROWN, SPEC},
 };
@@ -11,8 +12,11 @@ use crate::{
     SuiteError,
     case::Case,
     knob::Get,
-    problem::{Facts, Form, Setting},
-    stress::{Axis, Criterion, Prepare, Values},
+    problem::Facts,
+    stress::{
+        Axis, Criterion, Prepare, Values,
+        settings::{Usual, never, words},
+    },
 };
 use dapple_foliage::partition::{Cells, FactorPath};
 use dapple_gpu::Gpu;
@@ -30,6 +34,8 @@ pub fn axes() -> Vec<Axis> {
     vec![leaves(), cells(), one_cell(), skew(), factors(), bad_cells()]
 }
 
+const USUAL: Usual = Usual { problem: &PartitionOffsets, parameters: SHORT, criterion: EXACT };
+
 fn axis(
     id: &'static str,
     unit: &'static str,
@@ -38,27 +44,7 @@ fn axis(
     must_refuse: fn(f64) -> bool,
     prepare: Prepare,
 ) -> Axis {
-    Axis {
-        id,
-        unit,
-        help,
-        values,
-        home,
-        parameters: SHORT,
-        forms: &[Form::Cpu, Form::Gpu],
-        criterion: EXACT,
-        must_refuse,
-        prepare,
-        setting: as_it_is,
-    }
-}
-
-fn as_it_is(setting: &Setting, _: f64) -> Option<Setting> {
-    Some(setting.clone())
-}
-
-fn never(_: f64) -> bool {
-    false
+    Axis { unit, must_refuse, prepare, ..USUAL.axis(id, help, values, home) }
 }
 
 /// Other words of the same axis than the first few: bad input.
@@ -66,37 +52,16 @@ fn from(word: f64, first_bad: usize) -> bool {
     word >= first_bad as f64
 }
 
-/// The case with another value of a parameter.
-fn parameter(name: &'static str) -> Prepare {
-    Box::new(move |case, value, gpu| {
-        let mut case = case.clone();
-        case.parameters.insert(name.into(), (value as u64).into());
-        Ok(Box::new(Crown::prepare(&case, gpu)?))
-    })
-}
-
 fn leaves() -> Axis {
     let values = Values::Whole { least: 0, greatest: 10_000_000, per_decade: 1 };
-    axis(
-        "leaves",
-        "leaves",
-        "leaves of the crown, from none",
-        (values, 131_042.0),
-        never,
-        parameter("leaves"),
-    )
+    let help = "leaves of the crown, from none";
+    Axis { unit: "leaves", ..USUAL.of_parameter("leaves", "leaves", help, values, 131_042.0) }
 }
 
 fn cells() -> Axis {
     let values = Values::Whole { least: 1, greatest: 100_000, per_decade: 1 };
-    axis(
-        "cells",
-        "cells",
-        "cells that the leaves are sorted into",
-        (values, 512.0),
-        never,
-        parameter("cells"),
-    )
+    let help = "cells that the leaves are sorted into";
+    Axis { unit: "cells", ..USUAL.of_parameter("cells", "cells", help, values, 512.0) }
 }
 
 /// Leaves of one cell: blocks of work end at 512, the 16-bit factor at 65535, and what can be
@@ -152,18 +117,7 @@ const FACTORS: &[(&str, f32)] = &[
     ("nan", f32::NAN),
     ("infinite", f32::INFINITY),
 ];
-const FACTOR_WORDS: &[&str] = &[
-    "path",
-    "zero",
-    "minus-zero",
-    "least",
-    "below-one",
-    "one",
-    "above-one",
-    "negative",
-    "nan",
-    "infinite",
-];
+const FACTOR_WORDS: [&str; FACTORS.len()] = words(FACTORS);
 const FIRST_BAD_FACTOR: usize = 6;
 
 fn factors() -> Axis {
@@ -171,7 +125,7 @@ fn factors() -> Axis {
         "factors",
         "",
         "the keep factor of every second cell, at the ends of 0..=1 and beyond",
-        (Values::Words(FACTOR_WORDS), 0.0),
+        (Values::Words(&FACTOR_WORDS), 0.0),
         |value| from(value, FIRST_BAD_FACTOR),
         Box::new(|case, value, gpu| {
             let position = value as usize;
@@ -254,7 +208,7 @@ mod tests {
     use super::*;
     use crate::{
         knob::Knobs,
-        problem::Prepared,
+        problem::{Form, Prepared, Setting},
         stress::{find_axis, search::grid},
     };
 
@@ -312,8 +266,6 @@ mod tests {
         assert_eq!(size("cells", 9.0), "131042 leaves in 9 cells");
         assert_eq!(size("one-cell", 2.0), "9 leaves in 3 cells");
         assert_eq!(size("skew", 1.0), "131042 leaves in 512 cells");
-        let words: Vec<_> = FACTORS.iter().map(|factor| factor.0).collect();
-        assert_eq!(words, FACTOR_WORDS, "words and values");
         let problem = crate::problems::find(SPEC.id).unwrap();
         assert!(find_axis(problem, "factors").is_ok());
     }

@@ -1,26 +1,17 @@
 //! The problem end to end on small cases.
 
-use super::{ShadowCase, ShadowFiltering};
+use super::{SPEC, ShadowCase, ShadowFiltering};
 use crate::{
     SuiteError,
     case::Case,
-    knob::{self, Knobs},
     problem::{Form, Prepared, Problem, Setting},
-    scene,
+    scene, testing,
 };
 use dapple_gpu::testing::test_gpu;
 use dapple_scene::{AlphaTest, Light, Scene, Texture, generate};
 
-/// A case with a few parameters given.
 fn case(scene: &str, given: &[(&str, serde_json::Value)]) -> Case {
-    let given: Knobs = given.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
-    Case {
-        problem: "shadow-filtering".into(),
-        scene: scene.into(),
-        view: String::new(),
-        seed: 0,
-        parameters: knob::complete("parameter", super::SPEC.parameters, &given).unwrap(),
-    }
+    testing::case(&SPEC, scene, given)
 }
 
 fn small(scene: &str) -> Case {
@@ -33,15 +24,7 @@ fn setting(
     form: Form,
     given: &[(&str, serde_json::Value)],
 ) -> Setting {
-    let technique = super::SPEC.technique(technique).unwrap();
-    let given: Knobs = given.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
-    let variant = if variant.is_empty() { technique.variants[0].id } else { variant };
-    Setting {
-        technique: technique.id.into(),
-        variant: variant.into(),
-        form,
-        knobs: knob::complete("knob", technique.knobs, &given).unwrap(),
-    }
+    testing::setting(&SPEC, technique, variant, form, given)
 }
 
 fn prepare_error(case: &Case) -> SuiteError {
@@ -230,7 +213,7 @@ fn holes_that_are_needed_stay_and_let_light_through() {
 fn every_technique_passes_its_check_in_every_form() {
     let gpu = test_gpu();
     let prepared = ShadowCase::prepare(&small("chairs"), gpu).unwrap();
-    for technique in super::SPEC.techniques {
+    for technique in SPEC.techniques {
         for form in technique.forms {
             if *form == Form::Gpu && gpu.is_none() {
                 continue;
@@ -239,7 +222,7 @@ fn every_technique_passes_its_check_in_every_form() {
             let mut subject = prepared.subject(&s).unwrap();
             let checked = subject.check().unwrap();
             assert!(checked.violations.is_empty(), "{s}: {:?}", checked.violations);
-            for metric in super::SPEC.metrics.iter().filter(|m| m.name != "leak") {
+            for metric in SPEC.metrics.iter().filter(|m| m.name != "leak") {
                 assert!(checked.errors[metric.name].is_finite(), "{s}: {}", metric.name);
             }
             let time = subject.frame(0).unwrap();

@@ -6,22 +6,15 @@ use crate::{
     case::Case,
     knob::{self, Knobs},
     problem::{Form, Picture, Prepared, Problem, Setting},
+    testing,
 };
 use dapple_gpu::testing::test_gpu;
 use dapple_opacity_maps::Receiver;
 use serde_json::Value;
 use std::{io::Write, path::PathBuf};
 
-/// A case with a few parameters given.
 fn case(scene: &str, given: &[(&str, Value)]) -> Case {
-    let given: Knobs = given.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
-    Case {
-        problem: SPEC.id.into(),
-        scene: scene.into(),
-        view: String::new(),
-        seed: 0,
-        parameters: knob::complete("parameter", SPEC.parameters, &given).unwrap(),
-    }
+    testing::case(&SPEC, scene, given)
 }
 
 fn small(scene: &str) -> Case {
@@ -36,15 +29,7 @@ fn but(case: Case, name: &str, value: impl Into<Value>) -> Case {
 }
 
 fn setting(technique: &str, variant: &str, form: Form, given: &[(&str, Value)]) -> Setting {
-    let technique = SPEC.technique(technique).unwrap();
-    let given: Knobs = given.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
-    let variant = if variant.is_empty() { technique.variants[0].id } else { variant };
-    Setting {
-        technique: technique.id.into(),
-        variant: variant.into(),
-        form,
-        knobs: knob::complete("knob", technique.knobs, &given).unwrap(),
-    }
+    testing::setting(&SPEC, technique, variant, form, given)
 }
 
 fn prepare(case: &Case) -> TranslucentCase<'static> {

@@ -1,23 +1,22 @@
 //! Extremes of what is placed at all.
 
 use super::{made, made::field, of_scene, world::FIELD};
-use crate::{
-    case::Case,
-    stress::{Axis, Values, edit, settings::position},
+use crate::stress::{
+    Axis, Values, edit,
+    settings::{position, words},
+    world::{Kind, changed},
 };
 use dapple_scene::{Instance, Scene};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// What [`content`] does to a field of cubes.
-type Content = (&'static str, fn(Scene, &Case) -> Scene);
-
-const CONTENTS: &[Content] = &[
+const CONTENTS: &[Kind] = &[
     ("as-it-is", |scene, _| scene),
-    ("one-cube", |_, case| field(1, case.seed)),
-    ("one-square", |_, case| field(0, case.seed)),
+    ("one-cube", |_, seed| field(1, seed)),
+    ("one-square", |_, seed| field(0, seed)),
     ("points", |scene, _| flattened(scene, Vec3::ZERO)),
     ("flat", |scene, _| flattened(scene, Vec3::new(1.0, 0.0, 1.0))),
-    ("inside-a-cube", around_the_eye),
+    ("inside-a-cube", |scene, _| around_the_eye(scene)),
     ("empty-view", |scene, _| edit::seen_from_behind(scene)),
     ("nothing", |scene, _| edit::without_triangles(scene)),
 ];
@@ -25,15 +24,7 @@ const CONTENTS: &[Content] = &[
 /// The first of [`CONTENTS`] that must be refused.
 const EMPTY_VIEW: usize = 6;
 
-const CONTENT_WORDS: [&str; CONTENTS.len()] = {
-    let mut words = [""; CONTENTS.len()];
-    let mut i = 0;
-    while i < words.len() {
-        words[i] = CONTENTS[i].0;
-        i += 1;
-    }
-    words
-};
+const CONTENT_WORDS: [&str; CONTENTS.len()] = words(CONTENTS);
 
 /// The axis.
 pub fn content() -> Axis {
@@ -46,10 +37,7 @@ pub fn content() -> Axis {
              at all, which must be refused",
             Values::Words(&CONTENT_WORDS),
             0.0,
-            super::made(|value, case| {
-                let (_, content) = CONTENTS.get(position(value)).unwrap_or(&CONTENTS[0]);
-                content(field(FIELD, case.seed), case)
-            }),
+            super::made(|value, case| changed(CONTENTS, field(FIELD, case.seed), value, case.seed)),
         )
     }
 }
@@ -70,7 +58,7 @@ fn flattened(mut scene: Scene, by: Vec3) -> Scene {
 }
 
 /// A cube that holds all places of the camera and hides all else.
-fn around_the_eye(mut scene: Scene, _: &Case) -> Scene {
+fn around_the_eye(mut scene: Scene) -> Scene {
     let transform = DAffine3::from_scale(DVec3::splat(1.5));
     scene.instances.push(Instance { mesh: made::CUBE, transform });
     scene

@@ -1,11 +1,12 @@
 //! The problem's extremes. Each axis says what is pushed, from where, and how much worse than there
 //! counts as broken. What an exact technique culls though it shows is a violation on every axis.
 //!
-//! `world` pushes the scene and the camera's kind, `walls` what hides and what shows through,
-//! `motion` the camera's steps, `knobs` the settings; `bad` is input that must be refused. `made`
-//! has the scenes that are made for it.
+//! `world` pushes the scene and the camera's kind, `content` what is placed at all, `walls` what
+//! hides and what shows through, `motion` the camera's steps, `knobs` the settings; `bad` is input
+//! that must be refused. `made` has the scenes that are made for it.
 
 mod bad;
+mod content;
 mod knobs;
 mod made;
 mod motion;
@@ -15,29 +16,30 @@ mod walls;
 mod world;
 
 use super::{
-    VisibilityCase,
+    CameraVisibility, VisibilityCase,
     scene::{self, Loaded},
 };
 use crate::{
     SuiteError,
     case::Case,
-    problem::Form,
-    stress::{
-        Axis, Criterion, Prepare, Values,
-        settings::{as_it_is, never},
-    },
+    stress::{Axis, Criterion, Prepare, Values, settings::Usual},
 };
 use dapple_scene::Scene;
 
 /// The extremes.
 pub fn axes() -> Vec<Axis> {
-    [world::axes(), walls::axes(), motion::axes(), knobs::axes(), bad::axes()]
-        .into_iter()
-        .flatten()
-        .collect()
+    [
+        world::axes(),
+        vec![content::content()],
+        walls::axes(),
+        motion::axes(),
+        knobs::axes(),
+        bad::axes(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
-
-const FORMS: &[Form] = &[Form::Cpu, Form::Gpu];
 
 /// A sixteenth of a measured case's pixels and few of its frames.
 const CHEAP: &[(&str, &str)] = &[("width", "64"), ("frames", "5"), ("truth_samples", "1")];
@@ -54,6 +56,9 @@ const SEEN: Criterion = Criterion { metric: "missed", times: 1.25, plus: 0.0 };
 /// that draw hardly any as many as are seen.
 const PAYS: Criterion = Criterion { metric: "overdraw", times: 1.5, plus: 1.0 };
 
+const USUAL: Usual = Usual { problem: &CameraVisibility, parameters: CHEAP, criterion: SEEN };
+const SAME: Usual = Usual { criterion: UNCHANGED, ..USUAL };
+
 /// An axis of the scene alone: every technique is pushed, as it is.
 fn of_scene(
     id: &'static str,
@@ -62,24 +67,7 @@ fn of_scene(
     home: f64,
     prepare: Prepare,
 ) -> Axis {
-    Axis {
-        id,
-        unit: "",
-        help,
-        values,
-        home,
-        parameters: CHEAP,
-        forms: FORMS,
-        criterion: SEEN,
-        must_refuse: never,
-        prepare,
-        setting: as_it_is,
-    }
-}
-
-/// The case as it is, whatever the value.
-fn unpushed() -> Prepare {
-    Box::new(|case, _, gpu| Ok(Box::new(VisibilityCase::prepare(case, gpu)?)))
+    Axis { prepare, ..USUAL.axis(id, help, values, home) }
 }
 
 /// The case with its scene changed.
@@ -95,16 +83,6 @@ fn made(make: fn(f64, &Case) -> Scene) -> Prepare {
     Box::new(move |case, value, gpu| {
         let loaded = checked(of(make(value, case)))?;
         Ok(Box::new(VisibilityCase::of(loaded, &first_view(case), gpu)?))
-    })
-}
-
-/// The case with another value of a parameter.
-fn parameter(name: &'static str, whole: bool) -> Prepare {
-    Box::new(move |case, value, gpu| {
-        let mut case = case.clone();
-        let value = if whole { (value as i64).into() } else { value.into() };
-        case.parameters.insert(name.into(), value);
-        Ok(Box::new(VisibilityCase::prepare(&case, gpu)?))
     })
 }
 

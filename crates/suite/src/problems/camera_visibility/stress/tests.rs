@@ -4,13 +4,15 @@ use super::{Loaded, axes, checked, made, motion, of, walls, world};
 use crate::{
     SuiteError,
     case::Case,
-    knob::{self, Knobs},
+    knob::Knobs,
     problem::{Form, Prepared, Setting},
     problems::camera_visibility::{SPEC, VisibilityCase, errors::Score, truth::Owned},
     stress::{
-        Axis, Values, edit,
+        Axis, edit,
         judge::{self, Home, Judgement, Verdict},
+        testing as stress,
     },
+    testing,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,33 +27,15 @@ fn case(axis: &Axis) -> Case {
 }
 
 fn setting(technique: &str, variant: &str) -> Setting {
-    let technique = SPEC.technique(technique).unwrap();
-    Setting {
-        technique: technique.id.into(),
-        variant: if variant.is_empty() { technique.variants[0].id } else { variant }.into(),
-        form: Form::Cpu,
-        knobs: knob::complete("knob", technique.knobs, &Knobs::new()).unwrap(),
-    }
+    testing::setting(&SPEC, technique, variant, Form::Cpu, &[])
 }
 
 fn axis(id: &str) -> Axis {
-    axes().into_iter().find(|axis| axis.id == id).unwrap()
+    stress::find(axes(), id)
 }
 
-/// Home and the ends; every position of words.
-fn values(axis: &Axis) -> Vec<f64> {
-    match axis.values {
-        Values::Log { least, greatest, .. } | Values::Linear { least, greatest, .. } => {
-            vec![axis.home, least, greatest]
-        }
-        Values::FromZero { least, greatest, .. } => vec![axis.home, 0.0, least, greatest],
-        // More objects, triangles or columns show no more here than these do, in seconds less.
-        Values::Whole { least, greatest, .. } => {
-            vec![axis.home, least.into(), greatest.min(2_000).into()]
-        }
-        Values::Words(words) => (0..words.len()).map(|i| i as f64).collect(),
-    }
-}
+/// More objects, triangles or columns show no more here than these do, in seconds less.
+const MOST: u32 = 2_000;
 
 /// What a technique found at a value, as the engine judges it.
 fn judged(
@@ -72,29 +56,16 @@ fn judged(
     }
 }
 
-#[test]
-fn every_axis_is_named_once_and_declared_without_fault() {
-    let all = axes();
-    let ids: BTreeSet<_> = all.iter().map(|axis| axis.id).collect();
-    assert_eq!(ids.len(), all.len());
-    assert!(all.len() >= 35, "{}", all.len());
-    for axis in &all {
-        assert_eq!(axis.fault(&SPEC), None, "{}", axis.id);
-        let settings = SPEC.techniques.iter().map(|technique| setting(technique.id, ""));
-        let meant = settings.filter(|s| (axis.setting)(s, axis.home).is_some()).count();
-        assert!(meant > 0, "{} means nothing to any technique", axis.id);
-    }
-}
-
 /// Techniques that between them have every knob.
 const PUSHED: &[&str] = &["chcpp", "hierarchical-depth", "masked"];
 
 #[test]
 fn every_axis_runs_at_its_ends_and_refuses_what_it_must() {
-    let (mut ran, mut refused) = (0, 0);
-    for axis in axes() {
+    let (all, mut ran, mut refused) = (axes(), 0, 0);
+    assert!(all.len() >= 35, "{}", all.len());
+    for axis in all {
         let case = case(&axis);
-        for value in values(&axis) {
+        for value in stress::ends(&axis, MOST) {
             let prepared = (axis.prepare)(&case, value, None);
             let meant = PUSHED.iter().filter(|t| (axis.setting)(&setting(t, ""), value).is_some());
             let meant: Vec<&&str> = meant.collect();
@@ -123,10 +94,6 @@ fn every_axis_runs_at_its_ends_and_refuses_what_it_must() {
 
 #[test]
 fn a_refusal_names_the_element_and_the_limit() {
-    let words = |axis: &Axis| match axis.values {
-        Values::Words(words) => words,
-        _ => panic!("{} has no words", axis.id),
-    };
     let expected = [
         ("bad-vertices", "nan", "chc", ["field: mesh 0", "vertex", "not finite"]),
         ("bad-vertices", "+inf", "chc", ["field: mesh 0", "vertex", "not finite"]),
@@ -160,7 +127,7 @@ fn a_refusal_names_the_element_and_the_limit() {
     ];
     for (id, word, technique, parts) in expected {
         let axis = axis(id);
-        let value = words(&axis).iter().position(|w| *w == word).unwrap() as f64;
+        let value = axis.values.parse(id, word).unwrap();
         let prepared = (axis.prepare)(&case(&axis), value, None);
         let judged = judged(&axis, &prepared, &setting(technique, ""), value, &Home::Here);
         assert_eq!(judged.verdict, Verdict::Refused, "{id} {word}");
@@ -274,10 +241,9 @@ fn a_slit_shows_what_is_behind_it_and_leaving_that_out_is_noticed() {
 #[test]
 fn a_cube_around_the_eye_is_all_that_is_seen() {
     let axis = axis("content");
-    let Values::Words(words) = axis.values else { panic!("content has words") };
     let case = case(&axis);
-    let position = words.iter().position(|w| *w == "inside-a-cube").unwrap();
-    let prepared = (axis.prepare)(&case, position as f64, None).unwrap();
+    let value = axis.values.parse("content", "inside-a-cube").unwrap();
+    let prepared = (axis.prepare)(&case, value, None).unwrap();
     for technique in SPEC.techniques.iter().filter(|t| t.id != "none" && t.id != "frustum") {
         let s = setting(technique.id, "");
         let checked = prepared.subject(&s).unwrap().check().unwrap();

@@ -1,9 +1,9 @@
 //! Extremes of the scene, of the image and of the camera's kind.
 
-use super::{UNCHANGED, checked, load, made, made::field, of, of_scene, parameter, pushed};
+use super::{SAME, USUAL, checked, load, made, made::field, of, of_scene, pushed};
 use crate::{
     problems::camera_visibility::{VisibilityCase, scene::Loaded},
-    stress::{Axis, Prepare, Values, edit},
+    stress::{Axis, Prepare, Values, edit, world},
 };
 use dapple_scene::{Instance, Mesh, Projection, Scene};
 use glam::{DAffine3, DQuat, DVec3};
@@ -26,18 +26,14 @@ pub fn axes() -> Vec<Axis> {
 }
 
 fn scale() -> Axis {
-    let values = Values::Log { least: 1e-6, greatest: 1e6, per_decade: 1 };
     let help = "all lengths of the scene times this: the same is drawn";
-    let prepare = pushed(|loaded, value, _| scaled(loaded, value));
-    Axis { criterion: UNCHANGED, ..of_scene("scale", help, values, 1.0, prepare) }
+    world::scale(SAME, help, pushed(|loaded, value, _| scaled(loaded, value)))
 }
 
 fn offset() -> Axis {
-    let values = Values::FromZero { least: 1.0, greatest: 1e7, per_decade: 1 };
     let help = "distance of the scene, made 1 m in radius, from the origin in its own radii, by \
                 placements in f64: the same is drawn";
-    let prepare = pushed(|loaded, value, _| moved(loaded, value));
-    Axis { criterion: UNCHANGED, unit: "radii", ..of_scene("offset", help, values, 0.0, prepare) }
+    world::offset(SAME, help, pushed(|loaded, value, _| moved(loaded, value)))
 }
 
 /// All lengths times `scale`.
@@ -69,19 +65,11 @@ fn inner(loaded: &mut Loaded) -> impl Iterator<Item = &mut dapple_scene::city::O
 fn degenerate() -> Axis {
     let help = "triangles without area added to a mesh of cubes: a corner three times, a corner \
                 twice, corners on a line; they show nowhere, but are drawn";
-    Axis {
-        unit: "triangles",
-        ..of_scene(
-            "degenerate",
-            help,
-            Values::Whole { least: 0, greatest: 100_000, per_decade: 1 },
-            0.0,
-            made(|value, case| {
-                let one = as_one_mesh(field(FIELD, case.seed));
-                edit::with_degenerate_triangles(one, value as u32, case.seed)
-            }),
-        )
-    }
+    let added = made(|value, case| {
+        let one = as_one_mesh(field(FIELD, case.seed));
+        edit::with_degenerate_triangles(one, value as u32, case.seed)
+    });
+    world::degenerate(USUAL, help, added)
 }
 
 /// Cubes of a field where their number is not pushed.
@@ -134,24 +122,24 @@ pub(super) fn as_one_mesh(mut scene: Scene) -> Scene {
 }
 
 fn blocks() -> Axis {
-    of_scene(
+    USUAL.of_parameter(
+        "blocks",
         "blocks",
         "blocks a side of a generated city",
         Values::Whole { least: 1, greatest: 6, per_decade: 4 },
         2.0,
-        parameter("blocks", true),
     )
 }
 
 fn street() -> Axis {
     Axis {
         unit: "m",
-        ..of_scene(
+        ..USUAL.of_parameter(
+            "street",
             "street",
             "width of a generated city's streets",
             Values::Linear { least: 6.0, greatest: 30.0, steps: 4 },
             12.0,
-            parameter("street", false),
         )
     }
 }
@@ -159,12 +147,12 @@ fn street() -> Axis {
 fn columns() -> Axis {
     Axis {
         unit: "px",
-        ..of_scene(
+        ..USUAL.of_parameter(
+            "width",
             "columns",
             "columns of the image; rows are 9/16 of it",
             Values::Whole { least: 16, greatest: 1024, per_decade: 2 },
             64.0,
-            parameter("width", true),
         )
     }
 }

@@ -10,12 +10,11 @@ mod knobs;
 mod tests;
 mod world;
 
-use super::{ShadowCase, given::Given};
+use super::{ShadowCase, ShadowFiltering, given::Given};
 use crate::{
     case::Case,
-    problem::Form,
     scene,
-    stress::{Axis, Criterion, Prepare},
+    stress::{Axis, Criterion, Prepare, settings::Usual},
 };
 use dapple_scene::Scene;
 
@@ -26,8 +25,6 @@ pub fn axes() -> Vec<Axis> {
     axes.extend(bad::axes());
     axes
 }
-
-const FORMS: &[Form] = &[Form::Cpu, Form::Gpu];
 
 /// A quarter of the pixels and of the rays of a measured case: the noise that 16 rays leave is the
 /// same at every value of an axis, and adds to each error alike.
@@ -43,10 +40,8 @@ const UNCHANGED: Criterion = Criterion { metric: "rmse", times: 1.0, plus: 0.005
 /// error pass an image without any shadow.
 const HARDER: Criterion = Criterion { metric: "rmse", times: 1.25, plus: 0.02 };
 
-/// The case as it is, whatever the value.
-fn unpushed() -> Prepare {
-    Box::new(|case, _, gpu| Ok(Box::new(ShadowCase::prepare(case, gpu)?)))
-}
+const USUAL: Usual = Usual { problem: &ShadowFiltering, parameters: CHEAP, criterion: HARDER };
+const SAME: Usual = Usual { criterion: UNCHANGED, ..USUAL };
 
 /// The case with its scene changed, and with what techniques are given besides it.
 fn pushed(push: fn(Scene, f64, &Case) -> (Scene, Given)) -> Prepare {

@@ -4,139 +4,49 @@ use super::axes;
 use crate::{
     SuiteError,
     case::Case,
-    knob::{self, Knobs},
     problem::{Form, Prepared, Setting},
     problems::shadow_filtering::{SPEC, ShadowCase, given::Given},
     scene,
-    stress::{Axis, Values, edit, settings},
+    stress::{
+        Axis, edit, settings,
+        testing::{self as stress, Refusal},
+    },
+    testing,
 };
 use dapple_scene::Scene;
-use std::collections::BTreeSet;
 
 fn case(scene: &str) -> Case {
-    let given: Knobs = [("width", 64), ("truth_rays", 2)].map(|(n, v)| (n.into(), v.into())).into();
-    Case {
-        problem: SPEC.id.into(),
-        scene: scene.into(),
-        view: String::new(),
-        seed: 0,
-        parameters: knob::complete("parameter", SPEC.parameters, &given).unwrap(),
-    }
+    testing::case(&SPEC, scene, &[("width", 64.into()), ("truth_rays", 2.into())])
 }
 
 fn setting(technique: &str) -> Setting {
-    let technique = SPEC.technique(technique).unwrap();
-    Setting {
-        technique: technique.id.into(),
-        variant: technique.variants[0].id.into(),
-        form: Form::Cpu,
-        knobs: knob::complete("knob", technique.knobs, &Knobs::new()).unwrap(),
-    }
+    testing::setting(&SPEC, technique, "", Form::Cpu, &[])
 }
 
 fn axis(id: &str) -> Axis {
-    axes().into_iter().find(|axis| axis.id == id).unwrap()
-}
-
-/// Home and the ends; every position of words.
-fn values(axis: &Axis) -> Vec<f64> {
-    match axis.values {
-        Values::Log { least, greatest, .. } | Values::Linear { least, greatest, .. } => {
-            vec![axis.home, least, greatest]
-        }
-        Values::FromZero { least, greatest, .. } => vec![axis.home, 0.0, least, greatest],
-        // Ten thousand more triangles or a thousand texels a side show no more here than the end
-        // does, in seconds less.
-        Values::Whole { least, greatest, .. } => {
-            vec![
-                axis.home,
-                least.into(),
-                if axis.id == "map" { 1000.0 } else { greatest.min(10_000).into() },
-            ]
-        }
-        Values::Words(words) => (0..words.len()).map(|i| i as f64).collect(),
-    }
+    stress::find(axes(), id)
 }
 
 /// The error of a technique at a value, or why it was refused.
 fn rmse(axis: &Axis, case: &Case, technique: &str, value: f64) -> Result<f64, SuiteError> {
-    let prepared = (axis.prepare)(case, value, None)?;
-    let setting = (axis.setting)(&setting(technique), value).unwrap();
-    let checked = prepared.subject(&setting)?.check()?;
-    assert!(checked.violations.is_empty(), "{} at {value}: {:?}", axis.id, checked.violations);
-    Ok(checked.errors["rmse"])
-}
-
-#[test]
-fn every_axis_is_named_once_and_starts_inside_itself() {
-    let all = axes();
-    let ids: BTreeSet<_> = all.iter().map(|axis| axis.id).collect();
-    assert_eq!(ids.len(), all.len());
-    assert!(all.len() >= 10, "{}", all.len());
-    for axis in &all {
-        let inside = match axis.values {
-            Values::Log { least, greatest, .. } => {
-                0.0 < least && least <= axis.home && axis.home <= greatest
-            }
-            Values::FromZero { least, greatest, .. } => {
-                0.0 < least && (axis.home == 0.0 || least <= axis.home) && axis.home <= greatest
-            }
-            Values::Whole { least, greatest, .. } => {
-                f64::from(least) <= axis.home && axis.home <= f64::from(greatest)
-            }
-            Values::Linear { least, greatest, .. } => least <= axis.home && axis.home <= greatest,
-            Values::Words(words) => axis.home < words.len() as f64,
-        };
-        assert!(inside, "{}", axis.id);
-        assert!(!(axis.must_refuse)(axis.home), "{}", axis.id);
-        assert!(SPEC.metrics.iter().any(|m| m.name == axis.criterion.metric), "{}", axis.id);
-        for (name, value) in axis.parameters {
-            let knob = SPEC.parameters.iter().find(|knob| knob.name == *name).unwrap();
-            knob.parse("parameter", value).unwrap();
-        }
-        let settings = SPEC.techniques.iter().map(|technique| setting(technique.id));
-        let meant = settings.filter(|s| (axis.setting)(s, axis.home).is_some()).count();
-        assert!(meant > 0, "{} means nothing to any technique", axis.id);
-    }
+    Ok(stress::check(axis, case, &setting(technique), value)?.errors["rmse"])
 }
 
 #[test]
 fn every_axis_runs_at_its_ends_and_refuses_what_it_must() {
-    let case = case("cube");
-    let (mut ran, mut refused) = (0, 0);
-    for axis in axes() {
-        for value in values(&axis) {
-            let fits = |t: &&&str| (axis.setting)(&setting(t), value).is_some();
-            let Some(technique) = ["vsm", "pcf", "msm", "esm", "lvsm"].iter().find(fits) else {
-                panic!("{} at {value} means nothing", axis.id);
-            };
-            let result = rmse(&axis, &case, technique, value);
-            let place = format!("{} at {value}, {technique}", axis.id);
-            match result {
-                Ok(error) => {
-                    assert!(!(axis.must_refuse)(value), "{place} was accepted");
-                    assert!((0.0..=1.0).contains(&error), "{place}: {error}");
-                    ran += 1;
-                }
-                Err(error) => {
-                    assert_eq!(error.exit_code(), 2, "{place}: {error}");
-                    let past_the_format = axis.id == "exponent" && value > 500.0;
-                    assert!((axis.must_refuse)(value) || past_the_format, "{place}: {error}");
-                    refused += 1;
-                }
-            }
-        }
-    }
+    let all = axes();
+    assert!(all.len() >= 10, "{}", all.len());
+    let settings = ["vsm", "pcf", "msm", "esm", "lvsm"].map(setting);
+    let most = |axis: &Axis| if axis.id == "map" { 1_000 } else { 10_000 };
+    let past_the_format = |axis: &Axis, value| axis.id == "exponent" && value > 500.0;
+    let [ran, refused] =
+        stress::run_ends(&all, &case("cube"), &settings, "rmse", most, past_the_format);
     assert!(ran >= 40 && refused >= 18, "{ran} ran, {refused} were refused");
 }
 
 #[test]
 fn a_refusal_names_the_element_and_the_limit() {
-    let words = |axis: &Axis| match axis.values {
-        Values::Words(words) => words,
-        _ => panic!("{} has no words", axis.id),
-    };
-    let expected = [
+    let expected: &[Refusal] = &[
         ("bad-vertices", "nan", "vsm", ["cube: mesh 0", "vertex 2", "not finite"]),
         ("bad-vertices", "+inf", "vsm", ["cube: mesh 0", "vertex 2", "not finite"]),
         ("bad-vertices", "-inf", "vsm", ["cube: mesh 0", "vertex 2", "not finite"]),
@@ -156,18 +66,7 @@ fn a_refusal_names_the_element_and_the_limit() {
         ("layers", "3", "lvsm", ["3 layers", "1, 2, 4 and 8", "supported"]),
         ("content", "empty-view", "vsm", ["cube", "view", "no surface in view"]),
     ];
-    for (id, word, technique, parts) in expected {
-        let axis = axis(id);
-        let value = words(&axis).iter().position(|w| *w == word).unwrap() as f64;
-        let error = rmse(&axis, &case("cube"), technique, value).unwrap_err().to_string();
-        for part in parts {
-            assert!(error.contains(part), "{id} {word}: {error}");
-        }
-    }
-    // The good word beside each.
-    for id in ["bad-vertices", "bad-settings"] {
-        rmse(&axis(id), &case("cube"), "vsm", 0.0).unwrap();
-    }
+    stress::expect_refusals(&axes(), &case("cube"), setting, expected);
 }
 
 fn complete(scene: Scene) -> scene::Loaded {

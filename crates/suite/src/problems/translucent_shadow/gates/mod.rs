@@ -55,26 +55,10 @@ const ALL: &str = "-";
 
 #[cfg(test)]
 mod tests {
-    use crate::{
-        problems::translucent_shadow::{SPEC, TranslucentShadow},
-        verify::{self, GateContext, Outcome},
-    };
-    use dapple_gpu::testing::test_gpu;
+    use crate::{problems::translucent_shadow::TranslucentShadow, testing::every_gate_holds};
 
     #[test]
     fn every_gate_passes_and_catches_its_fault_and_no_technique_is_without() {
-        let gpu = test_gpu();
-        for seed in 0..3 {
-            let context = GateContext { gpu: gpu.filter(|_| seed == 0), cases: 24, seed };
-            let reports = verify::run(&[&TranslucentShadow], None, &context, |_| {});
-            for r in &reports {
-                let passed = r.outcome == Outcome::Passed && r.checked > 0 && r.control_failed > 0;
-                let not_run = r.outcome == Outcome::NotRun && context.gpu.is_none();
-                let what = format!("seed {seed}: {} {}", r.technique, r.gate);
-                assert!(passed || not_run, "{what}: {:?} {}", r.outcome, r.detail);
-            }
-            assert!(verify::ungated(&TranslucentShadow, &reports).is_empty());
-            assert!(reports.len() > 4 * SPEC.techniques.len());
-        }
+        every_gate_holds(&TranslucentShadow);
     }
 }

@@ -1,15 +1,15 @@
 //! Extremes of what lies behind one another: sheets across the light that every texel of a small map
 //! meets alike, so that nothing but layering and storage can be wrong.
 
-use super::{FORMS, HARDER, TranslucentCase};
+use super::{TranslucentCase, USUAL};
 use crate::{
     SuiteError,
     case::Case,
     problem::Setting,
     problems::translucent_shadow::{SPEC, scene::Loaded},
     stress::{
-        Axis, Prepare, Values,
-        settings::{never, with},
+        Axis, Prepare, Push, Values,
+        settings::{Usual, with, with_word},
     },
 };
 use dapple_scene::{Camera, Instance, Light, Material, Mesh, Projection, Scene};
@@ -28,6 +28,8 @@ const SIDE: u32 = 4;
 /// One light ray a receiver and few receivers, as no neighbour differs: each may pass all sheets.
 const ONE_RAY: &[(&str, &str)] = &[("width", "24"), ("truth_rays", "1"), ("footprint", "0")];
 
+const COLUMN: Usual = Usual { parameters: ONE_RAY, ..USUAL };
+
 /// Height of the column and its half width, metres.
 const HEIGHT: f64 = 1.0;
 const HALF_WIDTH: f64 = 1.0;
@@ -35,46 +37,44 @@ const HALF_WIDTH: f64 = 1.0;
 /// The axes: numbers and thickness of sheets, each in the storage formats that they strain.
 pub fn axes() -> Vec<Axis> {
     vec![
-        fragments("fragments", |setting, _| in_format(setting, None)),
-        fragments("fragments-f16", |setting, _| in_format(setting, Some("f16"))),
-        fragments("fragments-unorm8", |setting, _| in_format(setting, Some("unorm8"))),
-        fragments("fragments-unorm8-scaled", |s, _| in_format(s, Some("unorm8-scaled"))),
-        fragments("fragments-fixed", |setting, _| in_format(setting, Some("fixed"))),
-        thickness("thickness", |setting, _| in_format(setting, None)),
-        thickness("thickness-unorm8", |setting, _| in_format(setting, Some("unorm8"))),
-        thickness("thickness-unorm8-scaled", |s, _| in_format(s, Some("unorm8-scaled"))),
+        fragments("fragments", None),
+        fragments("fragments-f16", Some("f16")),
+        fragments("fragments-unorm8", Some("unorm8")),
+        fragments("fragments-unorm8-scaled", Some("unorm8-scaled")),
+        fragments("fragments-fixed", Some("fixed")),
+        thickness("thickness", None),
+        thickness("thickness-unorm8", Some("unorm8")),
+        thickness("thickness-unorm8-scaled", Some("unorm8-scaled")),
     ]
 }
 
-type Change = fn(&Setting, f64) -> Option<Setting>;
-
-fn fragments(id: &'static str, setting: Change) -> Axis {
+fn fragments(id: &'static str, format: Option<&'static str>) -> Axis {
     Axis {
-        id,
         unit: "fragments",
-        help: "sheets on every light ray, of the same thickness together: of few each counts for much, \
-               of many each is too faint for its storage (the format that the name ends in)",
-        values: Values::Whole { least: 1, greatest: 50_000, per_decade: 1 },
-        home: f64::from(SHEETS),
-        parameters: ONE_RAY,
-        forms: FORMS,
-        criterion: HARDER,
-        must_refuse: never,
         prepare: prepared(|value| column(value as u32, THICKNESS)),
-        setting,
+        setting: in_format(format),
+        ..COLUMN.axis(
+            id,
+            "sheets on every light ray, of the same thickness together: of few each counts for \
+             much, of many each is too faint for its storage (the format that the name ends in)",
+            Values::Whole { least: 1, greatest: 50_000, per_decade: 1 },
+            f64::from(SHEETS),
+        )
     }
 }
 
-fn thickness(id: &'static str, setting: Change) -> Axis {
+fn thickness(id: &'static str, format: Option<&'static str>) -> Axis {
     Axis {
-        unit: "",
-        help: "optical thickness of 16 sheets together, until no light is left or storage is full \
-               (in the format that the name ends in)",
-        // At the end a sheet lets a 500th through; at twice that it would count as opaque.
-        values: Values::Log { least: 1e-3, greatest: 100.0, per_decade: 2 },
-        home: THICKNESS,
         prepare: prepared(|value| column(SHEETS, value)),
-        ..fragments(id, setting)
+        setting: in_format(format),
+        ..COLUMN.axis(
+            id,
+            "optical thickness of 16 sheets together, until no light is left or storage is full \
+             (in the format that the name ends in)",
+            // At the end a sheet lets a 500th through; at twice that it would count as opaque.
+            Values::Log { least: 1e-3, greatest: 100.0, per_decade: 2 },
+            THICKNESS,
+        )
     }
 }
 
@@ -95,15 +95,18 @@ pub(super) fn loaded(seen: Scene) -> Result<Loaded, SuiteError> {
     super::checked(none)
 }
 
-/// A small map in a format (its own default for none), where the technique has such. One tap: all
-/// are the same.
-fn in_format(setting: &Setting, format: Option<&str>) -> Option<Setting> {
+/// A small map in a format (its own default for none), where the technique has such.
+fn in_format(format: Option<&'static str>) -> Push {
+    Box::new(move |setting, _| match format {
+        Some(format) => with_word(&SPEC, &small(setting)?, "format", format),
+        None => small(setting),
+    })
+}
+
+/// One tap: all are the same.
+fn small(setting: &Setting) -> Option<Setting> {
     let small = with(setting, "resolution", SIDE)?;
-    let small = with(&small, "taps", "1").unwrap_or(small);
-    let Some(format) = format else { return Some(small) };
-    let technique = SPEC.technique(&setting.technique).ok()?;
-    let knob = technique.knobs.iter().find(|knob| knob.name == "format")?;
-    with(&small, "format", knob.check("knob", &format.into()).ok()?)
+    Some(with(&small, "taps", "1").unwrap_or(small))
 }
 
 /// Opacity of each of `count` sheets of `thickness` together.

@@ -12,15 +12,14 @@ mod tests;
 mod world;
 
 use super::{
-    TranslucentCase,
+    TranslucentCase, TranslucentShadow,
     scene::{self, Loaded, Wishes},
 };
 use crate::{
     SuiteError,
     case::Case,
-    problem::Form,
     problems::shadow_filtering::given::Given,
-    stress::{Axis, Criterion, Prepare},
+    stress::{Axis, Criterion, Prepare, settings::Usual},
 };
 use dapple_scene::Scene;
 
@@ -32,8 +31,6 @@ pub fn axes() -> Vec<Axis> {
     axes.extend(bad::axes());
     axes
 }
-
-const FORMS: &[Form] = &[Form::Cpu, Form::Gpu];
 
 /// A few percent of a measured case's receivers and rays: the noise that few rays leave is the same
 /// at every value of an axis, and adds to each error alike.
@@ -53,10 +50,9 @@ const HARDER: Criterion = Criterion { metric: "rmse", times: 1.25, plus: 0.02 };
 /// texels, as the map's own error, which is the same whatever is stored, would hide it.
 const LAYERING: Criterion = Criterion { metric: "layering_rmse", ..HARDER };
 
-/// The case as it is, whatever the value.
-fn unpushed() -> Prepare {
-    Box::new(|case, _, gpu| Ok(Box::new(TranslucentCase::prepare(case, gpu)?)))
-}
+const USUAL: Usual = Usual { problem: &TranslucentShadow, parameters: CHEAP, criterion: HARDER };
+const SAME: Usual = Usual { criterion: UNCHANGED, ..USUAL };
+const LAYERS: Usual = Usual { criterion: LAYERING, ..USUAL };
 
 /// The case with its scene changed.
 fn pushed(push: fn(Loaded, f64, &Case) -> Loaded) -> Prepare {

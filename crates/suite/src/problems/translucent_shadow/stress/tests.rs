@@ -4,122 +4,48 @@ use super::{Loaded, axes, checked, column, world};
 use crate::{
     SuiteError,
     case::Case,
-    knob::{self, Knobs},
-    problem::{Form, Prepared, Setting},
+    knob::Knobs,
+    problem::{Form, Setting},
     problems::translucent_shadow::{SPEC, TranslucentCase, scene, scene::Wishes},
-    stress::{Axis, Values, edit},
+    stress::{
+        Axis, edit,
+        testing::{self as stress, Refusal},
+    },
+    testing,
 };
 use dapple_opacity_maps::Model;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 fn case(scene: &str) -> Case {
-    let given: Knobs = [("width", 48), ("truth_rays", 2)].map(|(n, v)| (n.into(), v.into())).into();
-    Case {
-        problem: SPEC.id.into(),
-        scene: scene.into(),
-        view: String::new(),
-        seed: 0,
-        parameters: knob::complete("parameter", SPEC.parameters, &given).unwrap(),
-    }
+    testing::case(&SPEC, scene, &[("width", 48.into()), ("truth_rays", 2.into())])
 }
 
 fn setting(technique: &str) -> Setting {
-    let technique = SPEC.technique(technique).unwrap();
-    let mut knobs = knob::complete("knob", technique.knobs, &Knobs::new()).unwrap();
-    knobs.insert("resolution".into(), 64.into());
-    Setting {
-        technique: technique.id.into(),
-        variant: technique.variants[0].id.into(),
-        form: Form::Cpu,
-        knobs,
-    }
+    let mut setting = testing::setting(&SPEC, technique, "", Form::Cpu, &[]);
+    setting.knobs.insert("resolution".into(), 64.into());
+    setting
 }
 
 fn axis(id: &str) -> Axis {
-    axes().into_iter().find(|axis| axis.id == id).unwrap()
-}
-
-/// Home and the ends; every position of words.
-fn values(axis: &Axis) -> Vec<f64> {
-    match axis.values {
-        Values::Log { least, greatest, .. } | Values::Linear { least, greatest, .. } => {
-            vec![axis.home, least, greatest]
-        }
-        Values::FromZero { least, greatest, .. } => vec![axis.home, 0.0, least, greatest],
-        // More sheets, triangles or texels show no more here than these do, in seconds less.
-        Values::Whole { least, greatest, .. } => {
-            let affordable = if axis.id == "map" { 500 } else { 2_000 };
-            vec![axis.home, least.into(), greatest.min(affordable).into()]
-        }
-        Values::Words(words) => (0..words.len()).map(|i| i as f64).collect(),
-    }
+    stress::find(axes(), id)
 }
 
 /// The error of a technique at a value, or why it was refused.
 fn rmse(axis: &Axis, case: &Case, technique: &str, value: f64) -> Result<f64, SuiteError> {
-    let prepared = (axis.prepare)(case, value, None)?;
-    checked_rmse(axis, prepared.as_ref(), technique, value)
-}
-
-fn checked_rmse(
-    axis: &Axis,
-    prepared: &dyn Prepared,
-    technique: &str,
-    value: f64,
-) -> Result<f64, SuiteError> {
-    let setting = (axis.setting)(&setting(technique), value).unwrap();
-    let checked = prepared.subject(&setting)?.check()?;
-    let place = format!("{} at {value}, {technique}", axis.id);
-    assert!(checked.violations.is_empty(), "{place}: {:?}", checked.violations);
-    for (name, error) in &checked.errors {
-        assert!(error.is_finite(), "{place}: {name} is {error}");
-    }
-    Ok(checked.errors["rmse"])
-}
-
-#[test]
-fn every_axis_is_named_once_and_declared_without_fault() {
-    let all = axes();
-    let ids: BTreeSet<_> = all.iter().map(|axis| axis.id).collect();
-    assert_eq!(ids.len(), all.len());
-    assert!(all.len() >= 25, "{}", all.len());
-    for axis in &all {
-        assert_eq!(axis.fault(&SPEC), None, "{}", axis.id);
-        let settings = SPEC.techniques.iter().map(|technique| setting(technique.id));
-        let meant = settings.filter(|s| (axis.setting)(s, axis.home).is_some()).count();
-        assert!(meant > 0, "{} means nothing to any technique", axis.id);
-    }
+    Ok(stress::check(axis, case, &setting(technique), value)?.errors["rmse"])
 }
 
 /// Techniques that between them have every knob; `bom` has what most axes push.
-const PUSHED: &[&str] = &["bom", "dom", "moments", "avsm", "stochastic", "fourier", "deep"];
+const PUSHED: [&str; 7] = ["bom", "dom", "moments", "avsm", "stochastic", "fourier", "deep"];
 
 #[test]
 fn every_axis_runs_at_its_ends_and_refuses_what_it_must() {
-    let case = case("grass_sparse");
-    let (mut ran, mut refused) = (0, 0);
-    for axis in axes() {
-        for value in values(&axis) {
-            let fits = |t: &&&str| (axis.setting)(&setting(t), value).is_some();
-            let Some(technique) = PUSHED.iter().find(fits) else {
-                panic!("{} at {value} means nothing", axis.id);
-            };
-            let place = format!("{} at {value}, {technique}", axis.id);
-            match rmse(&axis, &case, technique, value) {
-                Ok(error) => {
-                    assert!(!(axis.must_refuse)(value), "{place} was accepted");
-                    assert!((0.0..=1.0).contains(&error), "{place}: {error}");
-                    ran += 1;
-                }
-                Err(error) => {
-                    assert_eq!(error.exit_code(), 2, "{place}: {error}");
-                    let searched = axis.id == "nodes" && value > 64.0;
-                    assert!((axis.must_refuse)(value) || searched, "{place}: {error}");
-                    refused += 1;
-                }
-            }
-        }
-    }
+    let all = axes();
+    assert!(all.len() >= 25, "{}", all.len());
+    let most = |axis: &Axis| if axis.id == "map" { 500 } else { 2_000 };
+    let searched = |axis: &Axis, value| axis.id == "nodes" && value > 64.0;
+    let (case, settings) = (case("grass_sparse"), PUSHED.map(setting));
+    let [ran, refused] = stress::run_ends(&all, &case, &settings, "rmse", most, searched);
     assert!(ran >= 70 && refused >= 30, "{ran} ran, {refused} were refused");
 }
 
@@ -132,7 +58,8 @@ fn every_technique_holds_in_a_column_of_one_and_of_many_and_on_one_texel() {
     for value in [1.0, 1_000.0] {
         let prepared = (axis.prepare)(&case, value, None).unwrap();
         for technique in SPEC.techniques {
-            checked_rmse(&axis, prepared.as_ref(), technique.id, value).unwrap();
+            stress::check_prepared(&axis, prepared.as_ref(), &setting(technique.id), value)
+                .unwrap();
             let mut single = setting(technique.id);
             single.knobs.insert("resolution".into(), 1.into());
             match prepared.subject(&single).and_then(|mut subject| subject.check()) {
@@ -150,11 +77,7 @@ fn every_technique_holds_in_a_column_of_one_and_of_many_and_on_one_texel() {
 
 #[test]
 fn a_refusal_names_the_element_and_the_limit() {
-    let words = |axis: &Axis| match axis.values {
-        Values::Words(words) => words,
-        _ => panic!("{} has no words", axis.id),
-    };
-    let expected = [
+    let expected: &[Refusal] = &[
         ("bad-vertices", "nan", "bom", ["grass_sparse: mesh 0", "vertex", "not finite"]),
         ("bad-vertices", "+inf", "bom", ["grass_sparse: mesh 0", "vertex", "not finite"]),
         ("bad-vertices", "-inf", "bom", ["grass_sparse: mesh 0", "vertex", "not finite"]),
@@ -186,18 +109,7 @@ fn a_refusal_names_the_element_and_the_limit() {
         ("content", "all-opaque", "bom", ["grass_sparse", "no material", "translucent"]),
         ("content", "all-clear", "bom", ["grass_sparse", "no material", "translucent"]),
     ];
-    for (id, word, technique, parts) in expected {
-        let axis = axis(id);
-        let value = words(&axis).iter().position(|w| *w == word).unwrap() as f64;
-        let error = rmse(&axis, &case("grass_sparse"), technique, value).unwrap_err().to_string();
-        for part in parts {
-            assert!(error.contains(part), "{id} {word}: {error}");
-        }
-    }
-    // The good word beside each.
-    for id in ["bad-vertices", "bad-settings", "content"] {
-        rmse(&axis(id), &case("grass_sparse"), "bom", 0.0).unwrap();
-    }
+    stress::expect_refusals(&axes(), &case("grass_sparse"), setting, expected);
 }
 
 fn loaded(case: &Case) -> Loaded {

@@ -1,6 +1,6 @@
 //! Extremes of the scene and its light.
 
-use super::{CHEAP, FORMS, Given, HARDER, TranslucentCase, UNCHANGED, both, load, pushed};
+use super::{Given, HARDER, SAME, TranslucentCase, USUAL, both, load, pushed};
 use crate::{
     case::Case,
     knob::Get,
@@ -8,7 +8,8 @@ use crate::{
     problems::translucent_shadow::scene::{self, Loaded, Wishes},
     stress::{
         Axis, Criterion, Prepare, Values, edit,
-        settings::{as_it_is, never, position, with},
+        settings::{position, with, words},
+        world::{self, Kind, changed},
     },
 };
 use dapple_scene::{Light, Scene, generate};
@@ -28,28 +29,9 @@ pub fn axes() -> Vec<Axis> {
     ]
 }
 
-/// An axis of the scene alone: every technique is pushed, as it is.
-fn of_scene(id: &'static str, help: &'static str, values: Values, prepare: Prepare) -> Axis {
-    Axis {
-        id,
-        unit: "",
-        help,
-        values,
-        home: 0.0,
-        parameters: CHEAP,
-        forms: FORMS,
-        criterion: UNCHANGED,
-        must_refuse: never,
-        prepare,
-        setting: as_it_is,
-    }
-}
-
 fn scale() -> Axis {
-    let values = Values::Log { least: 1e-6, greatest: 1e6, per_decade: 1 };
-    let prepare = pushed(|loaded, value, _| scaled(loaded, value));
     let help = "all lengths of the scene times this; the light inside it is the same";
-    Axis { home: 1.0, ..of_scene("scale", help, values, prepare) }
+    world::scale(SAME, help, pushed(|loaded, value, _| scaled(loaded, value)))
 }
 
 /// All lengths times `scale`.
@@ -59,11 +41,9 @@ pub(super) fn scaled(loaded: Loaded, scale: f64) -> Loaded {
 }
 
 fn offset() -> Axis {
-    let values = Values::FromZero { least: 1.0, greatest: 1e7, per_decade: 1 };
-    let prepare = pushed(|loaded, value, _| moved(loaded, value));
     let help = "distance of the scene from the origin in its own radii, by placements in f64; \
                 vertices keep their bits";
-    Axis { unit: "radii", ..of_scene("offset", help, values, prepare) }
+    world::offset(SAME, help, pushed(|loaded, value, _| moved(loaded, value)))
 }
 
 /// Moved by so many radii: what casts by the same metres as what is seen.
@@ -73,23 +53,13 @@ pub(super) fn moved(loaded: Loaded, radii: f64) -> Loaded {
 }
 
 fn depth_range() -> Axis {
-    let values = Values::Log { least: 1e-3, greatest: 1e6, per_decade: 1 };
-    let prepare: Prepare = Box::new(|case, value, gpu| {
+    let help = "depth range of the map over the scene's own: the near plane moves towards the sun, \
+                as for a distant caster; below 1 it clips. Bias and span stay the same length";
+    let ranged: Prepare = Box::new(|case, value, gpu| {
         let given = Given { depth_range: value, ..Given::default() };
         Ok(Box::new(TranslucentCase::given(load(case)?, &given, case, gpu)?))
     });
-    Axis {
-        home: 1.0,
-        criterion: HARDER,
-        setting: depths_of_one_length,
-        ..of_scene(
-            "depth-range",
-            "depth range of the map over the scene's own: the near plane moves towards the sun, as \
-             for a distant caster; below 1 it clips. Bias and span stay the same length",
-            values,
-            prepare,
-        )
-    }
+    Axis { setting: Box::new(depths_of_one_length), ..world::depth_range(USUAL, help, ranged) }
 }
 
 /// Depths are measured in the scene by whoever sets them, and rounding has nothing to do with it:
@@ -105,20 +75,20 @@ fn depths_of_one_length(setting: &Setting, range: f64) -> Option<Setting> {
 }
 
 fn light_angle() -> Axis {
-    let prepare: Prepare = Box::new(|case, value, gpu| {
-        Ok(Box::new(TranslucentCase::of(lit_at(case, value)?, case, gpu)?))
-    });
     Axis {
         unit: "degrees",
-        criterion: HARDER,
-        home: 30.0,
-        ..of_scene(
+        prepare: lit(),
+        ..USUAL.axis(
             "light-angle",
             "angle between the light and the vertical, from straight above to level",
             Values::Linear { least: 0.0, greatest: 90.0, steps: 9 },
-            prepare,
+            30.0,
         )
     }
+}
+
+fn lit() -> Prepare {
+    Box::new(|case, value, gpu| Ok(Box::new(TranslucentCase::of(lit_at(case, value)?, case, gpu)?)))
 }
 
 /// The scene under a light at `degrees` from the vertical; lines of hair face it.
@@ -130,13 +100,13 @@ pub(super) fn lit_at(case: &Case, degrees: f64) -> Result<Loaded, crate::SuiteEr
 fn off_vertical() -> Axis {
     Axis {
         unit: "degrees",
-        prepare: light_angle().prepare,
-        ..of_scene(
+        prepare: lit(),
+        ..SAME.axis(
             "off-vertical",
             "angle between the light and the world's up, from parallel: no basis of the map may \
              degenerate, and nothing may change",
             Values::FromZero { least: 1e-9, greatest: 0.1, per_decade: 1 },
-            light_angle().prepare,
+            0.0,
         )
     }
 }
@@ -145,84 +115,59 @@ fn off_vertical() -> Axis {
 const FAINTEST: f64 = 1.0 / 255.0;
 
 fn opacity() -> Axis {
-    let prepare: Prepare = Box::new(|case, value, gpu| {
-        let mut case = case.clone();
-        case.parameters.insert("opacity".into(), value.into());
-        Ok(Box::new(TranslucentCase::prepare(&case, gpu)?))
-    });
     Axis {
-        home: 0.5,
-        criterion: HARDER,
         must_refuse: |value| value >= 1.0,
-        ..of_scene(
+        ..USUAL.of_parameter(
+            "opacity",
             "opacity",
             "opacity of every translucent surface, from a 255th; at 1 nothing is translucent, which \
              must be refused",
             Values::Log { least: FAINTEST, greatest: 1.0, per_decade: 4 },
-            prepare,
+            0.5,
         )
     }
 }
 
 fn degenerate() -> Axis {
-    Axis {
-        unit: "triangles",
-        ..of_scene(
-            "degenerate",
-            "triangles without area added to the largest mesh: a corner three times, a corner \
-             twice, corners on a line; nothing may change",
-            Values::Whole { least: 0, greatest: 100_000, per_decade: 1 },
-            pushed(|loaded, value, case| {
-                let add = |scene| edit::with_degenerate_triangles(scene, value as u32, case.seed);
-                both(loaded, add)
-            }),
-        )
-    }
+    let help = "triangles without area added to the largest mesh: a corner three times, a corner \
+                twice, corners on a line; nothing may change";
+    let added = pushed(|loaded, value, case| {
+        both(loaded, |scene| edit::with_degenerate_triangles(scene, value as u32, case.seed))
+    });
+    world::degenerate(SAME, help, added)
 }
 
-/// What [`content`] puts in place of the scene.
-type Content = (&'static str, fn(Scene) -> Scene);
-
-const CONTENTS: &[Content] = &[
-    ("as-it-is", |scene| scene),
-    ("one-depth", |scene| one_square(scene, Pose::Facing, LEAF)),
-    ("edge-on", |scene| one_square(scene, Pose::Along, LEAF)),
-    ("speck", |scene| one_square(scene, Pose::Facing, 1e-3 * LEAF)),
-    ("opaque-above", under_a_roof),
-    ("empty-view", edit::seen_from_behind),
-    ("all-opaque", |scene| with_opacity(scene, 1.0)),
-    ("all-clear", |scene| with_opacity(scene, 0.0)),
+const CONTENTS: &[Kind] = &[
+    ("as-it-is", |scene, _| scene),
+    ("one-depth", |scene, _| one_square(scene, Pose::Facing, LEAF)),
+    ("edge-on", |scene, _| one_square(scene, Pose::Along, LEAF)),
+    ("speck", |scene, _| one_square(scene, Pose::Facing, 1e-3 * LEAF)),
+    ("opaque-above", |scene, _| under_a_roof(scene)),
+    ("empty-view", |scene, _| edit::seen_from_behind(scene)),
+    ("all-opaque", |scene, _| with_opacity(scene, 1.0)),
+    ("all-clear", |scene, _| with_opacity(scene, 0.0)),
 ];
+const CONTENT_WORDS: [&str; CONTENTS.len()] = words(CONTENTS);
 
 /// The first of [`CONTENTS`] that must be refused.
 const EMPTY_VIEW: usize = 5;
-
-const CONTENT_WORDS: [&str; CONTENTS.len()] = {
-    let mut words = [""; CONTENTS.len()];
-    let mut i = 0;
-    while i < words.len() {
-        words[i] = CONTENTS[i].0;
-        i += 1;
-    }
-    words
-};
 
 fn content() -> Axis {
     Axis {
         // Much harder where it is not much easier: twice the error still says where light falls.
         criterion: Criterion { times: 2.0, ..HARDER },
         must_refuse: |value| position(value) >= EMPTY_VIEW,
-        ..of_scene(
+        prepare: pushed(|loaded, value, case| {
+            both(loaded, |scene| changed(CONTENTS, scene, value, case.seed))
+        }),
+        ..USUAL.axis(
             "content",
             "the scene; one translucent square above the ground, which faces the light so that \
              every depth is the same, lies along it, or is a thousandth as wide; an opaque square \
              above all; a camera that sees nothing, nothing translucent and nothing visible, which \
              must be refused",
             Values::Words(&CONTENT_WORDS),
-            pushed(|loaded, value, _| {
-                let (_, content) = CONTENTS.get(position(value)).unwrap_or(&CONTENTS[0]);
-                both(loaded, content)
-            }),
+            0.0,
         )
     }
 }
