@@ -10,13 +10,12 @@
 //! centres of the image in it.
 
 use super::buffer::{Buffer, Form};
-use super::occluders::{Occluders, Set};
+use super::occluders::{InnerBox, Occluders, Set};
 use super::question::Question;
 use super::silhouette::MOVED;
 use crate::OcclusionError;
 use crate::camera::queue::FrontToBack;
 use crate::camera::{Bounds, Frame, Objects, Renderer, Tree, View};
-use glam::Vec3;
 
 /// Knobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,18 +43,18 @@ pub struct Culler {
 }
 
 impl Culler {
-    /// For `objects`, and the boxes inside them (corners in the order of [`Bounds::corners`], local
-    /// space) where they are to hide.
+    /// For `objects`, and the boxes inside them where these are to hide.
     ///
     /// # Errors
-    /// A buffer without columns or with too many, a corner of a box that is not finite.
+    /// A buffer without columns or with too many, an inner box that is not finite.
     pub fn new(
         settings: Settings,
         objects: &Objects,
-        inner_boxes: &[[Vec3; 8]],
+        inner_boxes: &[InnerBox],
     ) -> Result<Self, OcclusionError> {
-        for (index, corners) in inner_boxes.iter().enumerate() {
-            if corners.iter().any(|p| !p.is_finite()) {
+        for (index, inner) in inner_boxes.iter().enumerate() {
+            let Bounds { min, max } = inner.solid;
+            if inner.corners.iter().chain([&min, &max]).any(|p| !p.is_finite()) {
                 return Err(OcclusionError::value(format!("inner box {index}"), "is not finite"));
             }
         }

@@ -40,7 +40,7 @@ mod triangle;
 pub use buffer::{Buffer, Form, Occluder};
 pub use connectivity::Connectivity;
 pub use culler::{Culler, Settings};
-pub use occluders::Occluders;
+pub use occluders::{InnerBox, Occluders};
 pub use silhouette::{Edges, MOVED};
 pub use triangle::Facing;
 

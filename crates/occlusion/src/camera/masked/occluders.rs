@@ -29,6 +29,17 @@ pub enum Occluders {
     OuterBoxesUnsound,
 }
 
+/// A box that hides in the place of something solid. Seen from outside of that, whatever lies behind
+/// the box lies behind the solid's own surface; an eye within it may see what the box would hide, and
+/// then it hides nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InnerBox {
+    /// In the order of [`Bounds::corners`], local space.
+    pub corners: [Vec3; 8],
+    /// Holds the solid that the box lies in.
+    pub solid: Bounds,
+}
+
 /// Classes of size: a buffer has 2^28 pixels at most.
 const CLASSES: usize = 15;
 /// Pixels of an occluder's rectangle, at least.
@@ -54,7 +65,7 @@ const BOX: [[u32; 3]; 12] = [
 #[derive(Clone, Debug)]
 pub(super) struct Set {
     kind: Occluders,
-    boxes: Vec<[Vec3; 8]>,
+    boxes: Vec<InnerBox>,
     /// One a template, or that of [`BOX`].
     connectivity: Vec<Connectivity>,
     /// Room to work in.
@@ -63,7 +74,7 @@ pub(super) struct Set {
 }
 
 impl Set {
-    pub(super) fn new(kind: Occluders, objects: &Objects, boxes: &[[Vec3; 8]]) -> Self {
+    pub(super) fn new(kind: Occluders, objects: &Objects, boxes: &[InnerBox]) -> Self {
         let corners: [Vec3; 8] = std::array::from_fn(|i| Vec3::splat(i as f32));
         let connectivity = match kind {
             Occluders::Meshes => {
@@ -133,9 +144,12 @@ impl Set {
         }
         let whole = u64::from(size[0]) * u64::from(size[1]);
         let question = Question::new(view, &bounds, size);
-        if question.is_none() && self.kind == Occluders::InnerBoxes {
-            // The eye may stand between the box and the wall that it stands for.
-            return;
+        if self.kind == Occluders::InnerBoxes {
+            // The eye, or the near plane behind which walls are cut away, may be within the wall.
+            let solid = &self.boxes[index as usize].solid;
+            if question.is_none() || view.touches(solid) {
+                return;
+            }
         }
         let pixels = question.map_or(whole, |q| q.pixels());
         if pixels >= LEAST_PIXELS {
@@ -146,7 +160,7 @@ impl Set {
 
     fn bounds(&self, tree: &Tree, index: u32) -> Bounds {
         match self.kind {
-            Occluders::InnerBoxes => around(&self.boxes[index as usize]),
+            Occluders::InnerBoxes => around(&self.boxes[index as usize].corners),
             Occluders::Meshes | Occluders::OuterBoxesUnsound => tree.nodes[index as usize].bounds,
         }
     }
@@ -171,7 +185,7 @@ impl Set {
         self.positions.clear();
         let (triangles, connectivity) = match self.kind {
             Occluders::InnerBoxes => {
-                self.positions.extend(self.boxes[index as usize].map(placed));
+                self.positions.extend(self.boxes[index as usize].corners.map(placed));
                 (&BOX[..], 0)
             }
             Occluders::OuterBoxesUnsound => {

@@ -2,6 +2,7 @@
 //! when it draws everything.
 
 use super::{
+    hierarchy::object_keys,
     picture,
     scene::{self, Loaded},
     subject,
@@ -14,9 +15,13 @@ use crate::{
     problem::{Facts, Form, Picture, Prepared, Setting, Subject},
 };
 use dapple_gpu::Gpu;
-use dapple_occlusion::camera::{Image, Objects, Tree, View};
-use dapple_scene::{Camera, city::Part};
+use dapple_occlusion::camera::{Bounds, Image, Objects, Tree, View, masked::InnerBox};
+use dapple_scene::{
+    Aabb, Camera,
+    city::{Building, City},
+};
 use dapple_trace::Tracer;
+use glam::DVec3;
 use std::{
     cell::{OnceCell, RefCell},
     collections::BTreeMap,
@@ -49,8 +54,8 @@ pub struct VisibilityCase<'g> {
     owners: Vec<[u32; 2]>,
     /// Path of each object through the city's hierarchy, where there is one.
     keys: Option<Vec<Vec<u32>>>,
-    /// Corners of boxes that lie inside buildings, local space.
-    inner: Option<Vec<[glam::Vec3; 8]>>,
+    /// Boxes that lie inside buildings.
+    inner: Option<Vec<InnerBox>>,
     views: Vec<View>,
     size: [u32; 2],
     seed: u64,
@@ -109,10 +114,7 @@ impl<'g> VisibilityCase<'g> {
             truth.ever()
         ));
         let keys = city.as_ref().map(|(_, parts)| object_keys(parts, &scene, &owners, &objects));
-        let inner = city.as_ref().map(|(city, _)| {
-            let boxes = city.buildings.iter().flat_map(|b| &b.inner);
-            boxes.map(|b| b.corners().map(|c| (c - objects.origin).as_vec3())).collect()
-        });
+        let inner = city.as_ref().map(|(city, _)| inner_boxes(city, objects.origin));
         let facts = Facts {
             scene: scene.name.clone(),
             scene_hash: hash,
@@ -149,8 +151,8 @@ impl<'g> VisibilityCase<'g> {
         &self.objects
     }
 
-    /// Corners of boxes inscribed in buildings, local space; `None` for a scene that is no city.
-    pub fn inner(&self) -> Option<&[[glam::Vec3; 8]]> {
+    /// Boxes inscribed in buildings; `None` for a scene that is no city.
+    pub fn inner(&self) -> Option<&[InnerBox]> {
         self.inner.as_deref()
     }
 
@@ -272,33 +274,16 @@ impl<'g> VisibilityCase<'g> {
     }
 }
 
-/// Where each object belongs in the city: its instance's part, as a path of numbers.
-pub(super) fn object_keys(
-    parts: &[Part],
-    scene: &dapple_scene::Scene,
-    owners: &[[u32; 2]],
-    objects: &Objects,
-) -> Vec<Vec<u32>> {
-    let mut keys = vec![Vec::new(); objects.objects.len()];
-    let placed = scene.world_triangles().map(|((instance, _), _)| instance);
-    for (instance, [object, within]) in placed.zip(owners) {
-        let Some(key) = keys.get_mut(*object as usize) else {
-            continue;
-        };
-        if *within == 0 || key.is_empty() {
-            *key = match parts[instance as usize] {
-                Part::Storey { block, building, facade, storey } => {
-                    vec![0, block, building, 0, facade, storey]
-                }
-                Part::Roof { block, building } => vec![0, block, building, 1],
-                Part::Ground { ground } => vec![1, ground],
-                Part::Tree { tree } => vec![2, tree],
-            };
-            // Clusters of one large instance stay apart.
-            key.push(*object);
-        }
-    }
-    keys
+/// The boxes inscribed in a city's buildings, relative to `origin`.
+pub fn inner_boxes(city: &City, origin: DVec3) -> Vec<InnerBox> {
+    let local = |p: DVec3| (p - origin).as_vec3();
+    let of = |building: &Building| {
+        let Aabb { min, max } = building.outer;
+        let solid = Bounds { min: local(min), max: local(max) };
+        let inner = building.inner.iter();
+        inner.map(move |b| InnerBox { corners: b.corners().map(local), solid }).collect::<Vec<_>>()
+    };
+    city.buildings.iter().flat_map(of).collect()
 }
 
 impl Prepared for VisibilityCase<'_> {

@@ -20,6 +20,10 @@ pub fn shade(objects: &Objects, object: u32, triangle: u32) -> f32 {
     let [a, b, c] = corners.map(|i| placed.place(template.positions[i as usize]));
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let albedo = template.albedo.dot(Vec3::new(0.2126, 0.7152, 0.0722));
-    let own = 0.85 + 0.15 * ((object.wrapping_mul(31).wrapping_add(triangle / 2).wrapping_mul(0x9e37_79b9) >> 24) as f32 / 255.0);
+    let own = 0.85
+        + 0.15
+            * ((object.wrapping_mul(31).wrapping_add(triangle / 2).wrapping_mul(0x9e37_79b9) >> 24)
+                as f32
+                / 255.0);
     (albedo * own * (0.3 + 0.9 * normal.dot(MOON).abs())).clamp(0.0, 1.0)
 }

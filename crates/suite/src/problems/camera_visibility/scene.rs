@@ -129,7 +129,11 @@ fn refuse_city_parameters(name: &str, parameters: &Knobs) -> Result<(), SuiteErr
 ///
 /// # Errors
 /// As [`complete::camera`], naming paths too.
-pub fn cameras(scene: &Scene, view: &str, frames: u32) -> Result<(String, Vec<Camera>), SuiteError> {
+pub fn cameras(
+    scene: &Scene,
+    view: &str,
+    frames: u32,
+) -> Result<(String, Vec<Camera>), SuiteError> {
     let named = |path: &&CameraPath| path.name == view || view.is_empty();
     if let Some(path) = scene.paths.iter().find(named) {
         let count = frames.min(path.frames);

@@ -59,7 +59,9 @@ impl Truth {
     fn encode(&self) -> Vec<u32> {
         let frame = |owned: &Vec<Owned>| {
             let one = |o: &Owned| [o.object, o.sure, o.samples, o.triangles];
-            std::iter::once(owned.len() as u32).chain(owned.iter().flat_map(one)).collect::<Vec<_>>()
+            std::iter::once(owned.len() as u32)
+                .chain(owned.iter().flat_map(one))
+                .collect::<Vec<_>>()
         };
         self.frames.iter().flat_map(frame).chain(self.last.iter().copied()).collect()
     }
@@ -101,14 +103,7 @@ fn trace(tracer: &Tracer, frames: &Frames<'_>) -> Truth {
 }
 
 /// The placed triangle that a ray through image point (x, y), in pixels, hits first.
-fn hit(
-    tracer: &Tracer,
-    frames: &Frames<'_>,
-    camera: &Camera,
-    view: &View,
-    x: f64,
-    y: f64,
-) -> u32 {
+fn hit(tracer: &Tracer, frames: &Frames<'_>, camera: &Camera, view: &View, x: f64, y: f64) -> u32 {
     let [width, height] = frames.size.map(f64::from);
     let (origin, direction) = camera.ray(x / width, y / height, width / height);
     let t_min = match camera.projection {
@@ -122,9 +117,8 @@ fn hit(
 fn centres(tracer: &Tracer, frames: &Frames<'_>, camera: &Camera, view: &View) -> Vec<u32> {
     let [width, height] = frames.size;
     let row = |y: u32| {
-        (0..width).map(move |x| {
-            hit(tracer, frames, camera, view, f64::from(x) + 0.5, f64::from(y) + 0.5)
-        })
+        (0..width)
+            .map(move |x| hit(tracer, frames, camera, view, f64::from(x) + 0.5, f64::from(y) + 0.5))
     };
     (0..height).into_par_iter().flat_map_iter(row).collect()
 }

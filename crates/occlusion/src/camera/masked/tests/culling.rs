@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::camera::techniques::tests::world::World;
-use crate::camera::{Frame, Image, Renderer, View};
+use crate::camera::{Bounds, Frame, Image, Object, Renderer, View};
 use glam::DVec3;
 
 pub fn settings(occluders: Occluders, columns: Option<u32>) -> Settings {
@@ -10,10 +10,12 @@ pub fn settings(occluders: Occluders, columns: Option<u32>) -> Settings {
 }
 
 /// Boxes inside cubes: a little smaller.
-pub fn inner_boxes(world: &World) -> Vec<[Vec3; 8]> {
+pub fn inner_boxes(world: &World) -> Vec<InnerBox> {
     let cubes = world.objects.objects.iter().filter(|o| o.template == 0);
-    let unit = crate::camera::Bounds { min: Vec3::splat(0.01), max: Vec3::splat(0.99) };
-    cubes.map(|o| unit.corners().map(|p| o.place(p))).collect()
+    let unit = Bounds { min: Vec3::splat(0.01), max: Vec3::splat(0.99) };
+    let inner =
+        |o: &Object| InnerBox { corners: unit.corners().map(|p| o.place(p)), solid: o.bounds };
+    cubes.map(inner).collect()
 }
 
 pub fn play(world: &World, settings: Settings, view: &View) -> (Frame, Image) {
@@ -103,6 +105,32 @@ fn outer_boxes_are_caught() {
     assert!(wrong.filter(|&w| w).count() > 5);
 }
 
+/// A small box stands for a large house. From outside it may hide what is in the house and behind
+/// it; an eye in the house sees around in it, and past the box to what the box would hide.
+#[test]
+fn a_box_hides_nothing_from_an_eye_within_its_house() {
+    let world = World::boxes(&[
+        (Vec3::new(0.0, -10.0, -10.0), Vec3::splat(20.0)),
+        (Vec3::new(15.0, -0.5, -0.5), Vec3::ONE),
+    ]);
+    let small = Bounds { min: Vec3::new(8.0, -2.0, -2.0), max: Vec3::new(12.0, 2.0, 2.0) };
+    let solid = world.objects.objects[0].bounds;
+    let drawn = |eye: f64, solid: Bounds| {
+        let view = world.view(DVec3::new(eye, 0.0, 0.0), 0.0, 0.0);
+        let boxes = [InnerBox { corners: small.corners(), solid }];
+        let settings = settings(Occluders::InnerBoxes, None);
+        let mut culler = Culler::new(settings, &world.objects, &boxes).unwrap();
+        let (mut renderer, mut frame) = (world.renderer(0), Frame::default());
+        culler.frame(&world.objects, &world.tree, &view, &mut renderer, &mut frame).unwrap();
+        let complete = same(renderer.image(), &everything(&world, &view));
+        (frame.drawn.contains(&1), complete)
+    };
+    assert_eq!(drawn(-20.0, solid), (false, true), "hidden from outside");
+    assert_eq!(drawn(2.0, solid), (true, true), "seen from within");
+    // The control: a box that is all there is to its solid.
+    assert_eq!(drawn(2.0, small), (false, false));
+}
+
 /// Fences with holes hide nothing, and are drawn.
 #[test]
 fn alpha_tested_objects_hide_nothing() {
@@ -122,10 +150,13 @@ fn alpha_tested_objects_hide_nothing() {
 #[test]
 fn a_buffer_without_columns_and_boxes_that_are_not_finite_are_refused() {
     let world = World::town(1, 3);
-    let new = |columns, boxes: &[[Vec3; 8]]| {
+    let new = |columns, boxes: &[InnerBox]| {
         let settings = settings(Occluders::InnerBoxes, columns);
         Culler::new(settings, &world.objects, boxes).map(drop).unwrap_err().to_string()
     };
     assert!(new(Some(0), &[]).contains("1..=16384"));
-    assert!(new(None, &[[Vec3::NAN; 8]]).contains("inner box 0"));
+    assert!(
+        new(None, &[InnerBox { corners: [Vec3::NAN; 8], solid: Bounds::EMPTY }])
+            .contains("inner box 0")
+    );
 }

@@ -37,9 +37,9 @@ pub fn claims() -> Vec<Claim> {
 }
 
 /// Boxes as objects that can be drawn.
-fn drawn_boxes(origin: DVec3, boxes: &[[Vec3; 8]]) -> Objects {
+fn drawn_boxes(origin: DVec3, boxes: &[masked::InnerBox]) -> Objects {
     let mut objects = Objects { origin, ..Objects::default() };
-    for (index, corners) in boxes.iter().enumerate() {
+    for (index, masked::InnerBox { corners, .. }) in boxes.iter().enumerate() {
         let of = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
         objects.templates.push(Template {
             positions: corners.to_vec(),
@@ -189,7 +189,8 @@ mod tests {
     #[test]
     fn boxes_have_twelve_triangles_around_them() {
         let corners = Bounds { min: Vec3::ZERO, max: Vec3::ONE }.corners();
-        let objects = drawn_boxes(DVec3::ZERO, &[corners]);
+        let objects =
+            drawn_boxes(DVec3::ZERO, &[masked::InnerBox { corners, solid: Bounds::EMPTY }]);
         assert_eq!(objects.templates[0].triangles.len(), 12);
         let area: f32 =
             objects.triangles(0).map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();

@@ -1,6 +1,6 @@
 //! Cities and paths as the judges see them, made once and shared, and techniques run along them.
 
-use super::super::{SPEC, case::object_keys, scene};
+use super::super::{SPEC, case::inner_boxes, hierarchy::object_keys, scene};
 use crate::{
     SuiteError,
     knob::{self, Knobs},
@@ -11,7 +11,6 @@ use dapple_occlusion::camera::{
     masked, software, techniques,
 };
 use dapple_scene::{Scene, city::City};
-use glam::Vec3;
 use serde_json::Value;
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc, sync::Arc, time::Instant};
 
@@ -41,8 +40,8 @@ pub struct Town {
     pub objects: Arc<Objects>,
     /// The city's own hierarchy.
     pub tree: Rc<Tree>,
-    /// Corners of boxes that lie inside buildings, local space.
-    pub inner: Rc<Vec<[Vec3; 8]>>,
+    /// Boxes that lie inside buildings.
+    pub inner: Rc<Vec<masked::InnerBox>>,
 }
 
 /// A city by its scene's name, with some parameters given.
@@ -67,9 +66,7 @@ pub fn town(name: &str, given: &[(&str, Value)]) -> Result<Rc<Town>, SuiteError>
     let scene = loaded.scene;
     let (objects, owners) = Objects::from_scene(&scene, OBJECT_TRIANGLES)?;
     let tree = Tree::by_keys(&objects, &object_keys(&parts, &scene, &owners, &objects))?;
-    let boxes = city.buildings.iter().flat_map(|b| &b.inner);
-    let inner =
-        boxes.map(|b| b.corners().map(|c| (c - objects.origin).as_vec3())).collect::<Vec<_>>();
+    let inner = inner_boxes(&city, objects.origin);
     let objects = Arc::new(objects);
     let town = Rc::new(Town {
         city: Rc::new(city),
