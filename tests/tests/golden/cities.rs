@@ -15,7 +15,7 @@ use dapple_suite::{
     case::Case,
     knob,
     problem::{Form, Prepared, Setting},
-    problems::camera_visibility::{SPEC, VisibilityCase},
+    problems::camera_visibility::{SPEC, VisibilityCase, hierarchy::object_keys},
 };
 use dapple_tests::golden::{LSB, Picture, Tolerance, assert_golden};
 use dapple_trace::{Ray, Tracer};
@@ -89,21 +89,8 @@ impl Town {
         renderer.image().clone()
     }
 
-    /// By city, block, building, part, facade and storey.
     fn tree(&self) -> Tree {
-        let key = |(object, part): (usize, &Part)| {
-            let mut key = match *part {
-                Part::Storey { block, building, facade, storey } => {
-                    vec![0, block, building, 0, facade, storey]
-                }
-                Part::Roof { block, building } => vec![0, block, building, 1],
-                Part::Ground { ground } => vec![1, ground],
-                Part::Tree { tree } => vec![2, tree],
-            };
-            key.push(object as u32);
-            key
-        };
-        let keys: Vec<_> = self.parts.iter().enumerate().map(key).collect();
+        let keys = object_keys(&self.parts, &self.scene, &self.owners, &self.objects);
         Tree::by_keys(&self.objects, &keys).unwrap()
     }
 

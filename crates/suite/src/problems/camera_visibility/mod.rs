@@ -9,7 +9,7 @@ mod claims;
 mod drawer;
 mod errors;
 mod gates;
-mod hierarchy;
+pub mod hierarchy;
 mod method;
 mod picture;
 mod port;
