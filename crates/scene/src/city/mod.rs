@@ -9,9 +9,9 @@
 mod error;
 mod footprint;
 mod generate;
-mod rim;
 mod import;
 mod inner;
+mod rim;
 mod scene;
 mod templates;
 mod types;
@@ -19,11 +19,11 @@ pub mod windows;
 
 pub use error::CityError;
 pub use footprint::MAX_CORNERS;
+pub use generate::{BlockShape, Heights, Knobs, generate};
 pub use import::{LoadedCity, load};
 pub use inner::{InnerKnobs, covered_share, holds, inner_boxes};
-pub use generate::{BlockShape, Heights, Knobs, generate};
 pub use scene::{CityScene, Part};
 pub use types::{
-    Building, City, CityBytes, Facade, Footprint, Ground, GroundKind, OrientedBox, StreetLamp, Tree,
-    WindowLight,
+    Building, City, CityBytes, Facade, Footprint, Ground, GroundKind, OrientedBox, StreetLamp,
+    Tree, WindowLight,
 };

@@ -27,8 +27,7 @@ pub fn claims() -> Vec<Claim> {
                         blocks",
             place: "goal of this project; Conte 2018, hypothesis of table 5.VII",
             method: "CHC++ down the street of both cities, 24 frames, 256 x 144, under the city's \
-                     own hierarchy, whose root has all blocks as children, and under the hierarchy \
-                     of smallest surfaces. Nodes taken from the queue for an object drawn, from \
+                     own hierarchy and under the one of smallest surfaces. Nodes taken from the queue for an object drawn, from \
                      the second frame on: in the first nothing is known. And time of the walk alone \
                      for a node, nothing drawn and recorded answers repeated, median of 15 paired \
                      ratios. 15 x 15 over 6 x 6 at most 1.25 in both; a time that the noise could \
