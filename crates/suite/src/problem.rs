@@ -40,6 +40,11 @@ pub struct Metric {
     pub help: &'static str,
 }
 
+/// A metric that is a pure number.
+pub const fn metric(name: &'static str, help: &'static str) -> Metric {
+    Metric { name, unit: "", help }
+}
+
 /// An error that must not exceed a limit for a result to enter a front.
 #[derive(Clone, Copy, Debug)]
 pub struct Constraint {
@@ -58,6 +63,11 @@ pub struct Variant {
     pub help: &'static str,
     /// Forms of the technique that it has not got.
     pub not_in: &'static [Form],
+}
+
+/// A variant that every form of its technique has.
+pub const fn variant(id: &'static str, help: &'static str) -> Variant {
+    Variant { id, help, not_in: &[] }
 }
 
 /// One way to solve a problem.

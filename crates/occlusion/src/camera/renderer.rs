@@ -154,3 +154,15 @@ pub struct Image {
     /// Reversed depth, 0 where nothing was drawn.
     pub depth: Vec<f32>,
 }
+
+impl Image {
+    /// Of that size, with nothing drawn. Keeps the room it had.
+    pub fn clear(&mut self, width: u32, height: u32) {
+        let pixels = width as usize * height as usize;
+        (self.width, self.height) = (width, height);
+        self.ids.clear();
+        self.ids.resize(pixels, [0, 0]);
+        self.depth.clear();
+        self.depth.resize(pixels, 0.0);
+    }
+}

@@ -58,13 +58,7 @@ impl Reference {
 impl Renderer for Reference {
     fn begin(&mut self, view: &View) -> Result<(), OcclusionError> {
         check::view(view)?;
-        let pixels = view.width as usize * view.height as usize;
-        self.image.width = view.width;
-        self.image.height = view.height;
-        self.image.ids.clear();
-        self.image.ids.resize(pixels, [0, 0]);
-        self.image.depth.clear();
-        self.image.depth.resize(pixels, 0.0);
+        self.image.clear(view.width, view.height);
         self.frame = Some((view.clone(), Projection::new(view)));
         Ok(())
     }

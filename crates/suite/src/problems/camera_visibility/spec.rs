@@ -2,7 +2,7 @@
 
 use crate::{
     knob::{Accuracy, Knob},
-    problem::{Constraint, Form, Metric, Spec, Technique, Variant},
+    problem::{Constraint, Form, Metric, Spec, Technique, Variant, metric, variant},
 };
 
 /// The declaration.
@@ -23,10 +23,6 @@ pub static SPEC: Spec = Spec {
     default_scene: "city_small",
     techniques: TECHNIQUES,
 };
-
-const fn metric(name: &'static str, help: &'static str) -> Metric {
-    Metric { name, unit: "", help }
-}
 
 const METRICS: &[Metric] = &[
     metric(
@@ -118,10 +114,6 @@ const COVERAGE: Knob = Knob::choice(
 
 const fn switch(name: &'static str, help: &'static str) -> Knob {
     Knob::choice(name, &["on", "off"], help)
-}
-
-const fn variant(id: &'static str, help: &'static str) -> Variant {
-    Variant { id, help, not_in: &[] }
 }
 
 const ONLY: &[Variant] = &[variant("plain", "as published")];

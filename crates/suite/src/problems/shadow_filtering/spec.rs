@@ -2,7 +2,7 @@
 
 use crate::{
     knob::{Accuracy, Knob},
-    problem::{Form, Metric, Spec, Technique, Variant},
+    problem::{Form, Metric, Spec, Technique, Variant, metric, variant},
 };
 
 /// The declaration.
@@ -21,10 +21,6 @@ pub static SPEC: Spec = Spec {
     default_scene: "spheres",
     techniques: TECHNIQUES,
 };
-
-const fn metric(name: &'static str, help: &'static str) -> Metric {
-    Metric { name, unit: "", help }
-}
 
 const METRICS: &[Metric] = &[
     metric("rmse", "root mean squared error of visibility over the lit-facing receivers"),
@@ -118,10 +114,6 @@ const MOMENT_BIAS: Knob = Knob::float(
 const VARIANCE: &[Knob] = &[RESOLUTION, FORMAT, KERNEL, LOOKUP, BIAS, PLANE_BIAS, MIN_VARIANCE];
 const LAYERED: &[Knob] =
     &[RESOLUTION, FORMAT, KERNEL, LOOKUP, BIAS, PLANE_BIAS, MIN_VARIANCE, LAYERS];
-
-const fn variant(id: &'static str, help: &'static str) -> Variant {
-    Variant { id, help, not_in: &[] }
-}
 
 const ONLY: &[Variant] = &[variant("plain", "as published")];
 const SPLITS: &[Variant] = &[

@@ -2,7 +2,7 @@
 
 use crate::{
     knob::{Accuracy, Knob},
-    problem::{Form, Metric, Spec, Technique, Variant},
+    problem::{Form, Metric, Spec, Technique, Variant, metric, variant},
 };
 
 /// The declaration.
@@ -20,10 +20,6 @@ pub static SPEC: Spec = Spec {
     default_scene: "grass",
     techniques: TECHNIQUES,
 };
-
-const fn metric(name: &'static str, help: &'static str) -> Metric {
-    Metric { name, unit: "", help }
-}
 
 const METRICS: &[Metric] = &[
     metric("rmse", "root mean squared error of transmittance over all receivers"),
@@ -175,10 +171,6 @@ macro_rules! knobs {
     ($($more:expr),* $(,)?) => {
         &[RESOLUTION, TAPS, BIAS, CROP, MODEL, OPAQUE, WEIGHT, $($more),*]
     };
-}
-
-const fn variant(id: &'static str, help: &'static str) -> Variant {
-    Variant { id, help, not_in: &[] }
 }
 
 /// A variant that a device does not run.
