@@ -19,6 +19,9 @@ pub enum Form {
     Gpu,
 }
 
+/// All forms there are.
+pub const FORMS: &[Form] = &[Form::Reference, Form::Cpu, Form::Gpu];
+
 impl fmt::Display for Form {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -70,6 +73,9 @@ pub const fn variant(id: &'static str, help: &'static str) -> Variant {
     Variant { id, help, not_in: &[] }
 }
 
+/// The variants of a technique that has one.
+pub const ONLY: &[Variant] = &[variant("plain", "as published")];
+
 /// One way to solve a problem.
 #[derive(Clone, Copy, Debug)]
 pub struct Technique {
@@ -85,6 +91,17 @@ pub struct Technique {
     pub variants: &'static [Variant],
     /// What can be turned.
     pub knobs: &'static [Knob],
+}
+
+/// A technique in all forms.
+pub const fn technique(
+    id: &'static str,
+    title: &'static str,
+    source: &'static str,
+    variants: &'static [Variant],
+    knobs: &'static [Knob],
+) -> Technique {
+    Technique { id, title, source, forms: FORMS, variants, knobs }
 }
 
 impl Technique {

@@ -2,7 +2,7 @@
 
 use crate::{
     knob::{Accuracy, Knob},
-    problem::{Constraint, Form, Metric, Spec, Technique, Variant, metric, variant},
+    problem::{Constraint, Metric, ONLY, Spec, Technique, Variant, metric, technique, variant},
 };
 
 /// The declaration.
@@ -116,22 +116,10 @@ const fn switch(name: &'static str, help: &'static str) -> Knob {
     Knob::choice(name, &["on", "off"], help)
 }
 
-const ONLY: &[Variant] = &[variant("plain", "as published")];
 const RESULTS: &[Variant] = &[
     variant("exact", "answers are waited for: nothing seen is culled"),
     variant("next-frame", "answers count from the next frame on: approximate (thesis, Fig. 2.4)"),
 ];
-const FORMS: &[Form] = &[Form::Reference, Form::Cpu, Form::Gpu];
-
-const fn technique(
-    id: &'static str,
-    title: &'static str,
-    source: &'static str,
-    variants: &'static [Variant],
-    knobs: &'static [Knob],
-) -> Technique {
-    Technique { id, title, source, forms: FORMS, variants, knobs }
-}
 
 const TECHNIQUES: &[Technique] = &[
     technique("none", "Everything is drawn", "conte2018", ONLY, &[DRAWS]),

@@ -2,7 +2,7 @@
 
 use crate::{
     knob::{Accuracy, Knob},
-    problem::{Form, Metric, Spec, Technique, Variant, metric, variant},
+    problem::{Metric, ONLY, Spec, Technique, Variant, metric, technique, variant},
 };
 
 /// The declaration.
@@ -115,23 +115,10 @@ const VARIANCE: &[Knob] = &[RESOLUTION, FORMAT, KERNEL, LOOKUP, BIAS, PLANE_BIAS
 const LAYERED: &[Knob] =
     &[RESOLUTION, FORMAT, KERNEL, LOOKUP, BIAS, PLANE_BIAS, MIN_VARIANCE, LAYERS];
 
-const ONLY: &[Variant] = &[variant("plain", "as published")];
 const SPLITS: &[Variant] = &[
     variant("uniform", "layers of equal depth range"),
     variant("lloyd", "splits by Lloyd relaxation over the map's depths"),
 ];
-
-const FORMS: &[Form] = &[Form::Reference, Form::Cpu, Form::Gpu];
-
-const fn technique(
-    id: &'static str,
-    title: &'static str,
-    source: &'static str,
-    variants: &'static [Variant],
-    knobs: &'static [Knob],
-) -> Technique {
-    Technique { id, title, source, forms: FORMS, variants, knobs }
-}
 
 const TECHNIQUES: &[Technique] = &[
     technique(
