@@ -6,33 +6,19 @@
 #![allow(clippy::expect_used, reason = "a bench must not time what is wrong")]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use dapple_occlusion::camera::{Objects, Tree};
-use dapple_scene::{city::Part, generate};
+use dapple_occlusion::camera::{Objects, Tree, city_keys};
+use dapple_scene::generate;
 use std::hint::black_box;
-
-/// Block, building, facade and storey of a part, and the object itself.
-fn key(object: usize, part: &Part) -> Vec<u32> {
-    let mut key = match *part {
-        Part::Storey { block, building, facade, storey } => {
-            vec![0, block, building, 0, facade, storey]
-        }
-        Part::Roof { block, building } => vec![0, block, building, 1],
-        Part::Ground { ground } => vec![1, ground],
-        Part::Tree { tree } => vec![2, tree],
-    };
-    key.push(object as u32);
-    key
-}
 
 fn builds(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("trees");
     group.sample_size(10);
     for name in ["city_small", "city"] {
         let made = generate::city_of(name, 1).expect("a generator of that name").scene();
-        let (objects, _) = Objects::from_scene(&made.scene, 1024).expect("a city has triangles");
+        let (objects, owners) =
+            Objects::from_scene(&made.scene, 1024).expect("a city has triangles");
         assert_eq!(objects.objects.len(), made.parts.len());
-        let keys: Vec<Vec<u32>> =
-            made.parts.iter().enumerate().map(|(i, part)| key(i, part)).collect();
+        let keys = city_keys(&made.parts, &made.scene, &owners, &objects);
         group.throughput(Throughput::Elements(keys.len() as u64));
         for tree in [Tree::bottom_up(&objects), Tree::by_keys(&objects, &keys)] {
             let tree = tree.expect("generated objects are sound");

@@ -13,9 +13,9 @@ use dapple_occlusion::OcclusionError;
 use dapple_occlusion::camera::software::Fast;
 use dapple_occlusion::camera::{
     Bounds, Frame, Latency, Objects, Query, Readiness, Renderer, Settings, State, Technique, Tree,
-    View, Work, techniques,
+    View, Work, city_keys, techniques,
 };
-use dapple_scene::{city::Part, generate};
+use dapple_scene::generate;
 use std::collections::VecDeque;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -78,13 +78,7 @@ impl World {
         let made = generate::city_of(name, 1).unwrap().scene();
         let (scene, parts) = (made.scene, made.parts);
         let (objects, owners) = Objects::from_scene(&scene, 128).unwrap();
-        let mut keys = vec![Vec::new(); objects.objects.len()];
-        let placed = scene.world_triangles().map(|((instance, _), _)| instance);
-        for (instance, [object, _]) in placed.zip(&owners) {
-            if let Some(key) = keys.get_mut(*object as usize) {
-                *key = path(parts[instance as usize], *object);
-            }
-        }
+        let keys = city_keys(&parts, &scene, &owners, &objects);
         let street = scene.paths.iter().find(|p| p.name == "street").unwrap();
         let near_m = 1e-4 * scene.bounds().radius();
         let view = |i| View::new(&street.camera(i)?, &objects, width, height, near_m).ok();
@@ -112,20 +106,6 @@ impl World {
         }
         state.reset(renderer).unwrap();
     }
-}
-
-/// Where an object belongs in the city.
-fn path(part: Part, object: u32) -> Vec<u32> {
-    let mut key = match part {
-        Part::Storey { block, building, facade, storey } => {
-            vec![0, block, building, 0, facade, storey]
-        }
-        Part::Roof { block, building } => vec![0, block, building, 1],
-        Part::Ground { ground } => vec![1, ground],
-        Part::Tree { tree } => vec![2, tree],
-    };
-    key.push(object);
-    key
 }
 
 fn phases(world: &World, name: &str, technique: Technique, runs: usize) {

@@ -3,7 +3,7 @@
 
 use dapple_occlusion::camera::{
     CellLimits, Frame, Image, Objects, Readiness, Renderer, Settings, State, Technique, Tree, View,
-    exact_coverage,
+    city_keys, exact_coverage,
     software::{self, Reference},
     techniques, view_cells,
 };
@@ -15,7 +15,7 @@ use dapple_suite::{
     case::Case,
     knob,
     problem::{Form, Prepared, Setting},
-    problems::camera_visibility::{SPEC, VisibilityCase, hierarchy::object_keys},
+    problems::camera_visibility::{SPEC, VisibilityCase},
 };
 use dapple_tests::golden::{LSB, Picture, Tolerance, assert_golden};
 use dapple_trace::{Ray, Tracer};
@@ -90,7 +90,7 @@ impl Town {
     }
 
     fn tree(&self) -> Tree {
-        let keys = object_keys(&self.parts, &self.scene, &self.owners, &self.objects);
+        let keys = city_keys(&self.parts, &self.scene, &self.owners, &self.objects);
         Tree::by_keys(&self.objects, &keys).unwrap()
     }
 

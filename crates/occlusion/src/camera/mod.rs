@@ -25,5 +25,5 @@ pub use objects::{Bounds, Mask, Object, Objects, Template};
 pub use renderer::{Image, Latency, Query, Readiness, Renderer, Work};
 pub use settings::{Coverage, Results, Settings, Technique, TightBounds};
 pub use state::{Frame, Memory, State};
-pub use tree::{Node, Tree};
+pub use tree::{Node, Tree, city_keys};
 pub use view::{Crossing, View};

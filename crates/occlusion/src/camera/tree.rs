@@ -1,6 +1,7 @@
 //! The hierarchy over objects.
 
 mod bottom_up;
+mod city;
 mod keys;
 mod statistics;
 #[cfg(test)]
@@ -10,6 +11,7 @@ use super::{Bounds, Objects};
 use crate::OcclusionError;
 use std::ops::Range;
 
+pub use city::city_keys;
 pub use statistics::Statistics;
 
 /// A hierarchy of bounding boxes. The root is node 0 (none for no objects).

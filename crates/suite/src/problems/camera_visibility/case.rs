@@ -2,7 +2,6 @@
 //! when it draws everything.
 
 use super::{
-    hierarchy::object_keys,
     picture,
     scene::{self, Loaded},
     subject,
@@ -15,7 +14,7 @@ use crate::{
     problem::{Facts, Form, Picture, Prepared, Setting, Subject},
 };
 use dapple_gpu::Gpu;
-use dapple_occlusion::camera::{Bounds, Image, Objects, Tree, View, masked::InnerBox};
+use dapple_occlusion::camera::{Bounds, Image, Objects, Tree, View, city_keys, masked::InnerBox};
 use dapple_scene::{
     Aabb, Camera,
     city::{Building, City},
@@ -113,7 +112,7 @@ impl<'g> VisibilityCase<'g> {
             objects.bytes(),
             truth.ever()
         ));
-        let keys = city.as_ref().map(|(_, parts)| object_keys(parts, &scene, &owners, &objects));
+        let keys = city.as_ref().map(|(_, parts)| city_keys(parts, &scene, &owners, &objects));
         let inner = city.as_ref().map(|(city, _)| inner_boxes(city, objects.origin));
         let facts = Facts {
             scene: scene.name.clone(),

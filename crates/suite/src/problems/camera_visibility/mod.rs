@@ -9,7 +9,6 @@ mod claims;
 mod drawer;
 mod errors;
 mod gates;
-pub mod hierarchy;
 mod method;
 mod picture;
 mod port;

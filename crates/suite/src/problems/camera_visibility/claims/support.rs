@@ -1,12 +1,12 @@
 //! Cities and paths as the judges see them, made once and shared, and techniques run along them.
 
-use super::super::{SPEC, case::inner_boxes, hierarchy::object_keys, scene};
+use super::super::{SPEC, case::inner_boxes, scene};
 use crate::{
     SuiteError,
     knob::{self, Knobs},
 };
 use dapple_occlusion::camera::{
-    Frame, Image, Objects, Readiness, Settings, State, Technique, Tree, View, Work,
+    Frame, Image, Objects, Readiness, Settings, State, Technique, Tree, View, Work, city_keys,
     hierarchical_depth::{self, cpu},
     masked, software, techniques,
 };
@@ -65,7 +65,7 @@ pub fn town(name: &str, given: &[(&str, Value)]) -> Result<Rc<Town>, SuiteError>
     };
     let scene = loaded.scene;
     let (objects, owners) = Objects::from_scene(&scene, OBJECT_TRIANGLES)?;
-    let tree = Tree::by_keys(&objects, &object_keys(&parts, &scene, &owners, &objects))?;
+    let tree = Tree::by_keys(&objects, &city_keys(&parts, &scene, &owners, &objects))?;
     let inner = inner_boxes(&city, objects.origin);
     let objects = Arc::new(objects);
     let town = Rc::new(Town {

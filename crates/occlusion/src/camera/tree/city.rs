@@ -1,17 +1,18 @@
 //! A city's own hierarchy: where each object belongs, as a path of numbers.
 //!
-//! Based on: Conte 2018, section 5.1: city, block, building, facade, storey. Deviations: above the
-//! blocks lie quadrants, and what belongs to no block, streets and trees, lies in the quadrant of its
-//! middle. A city that is one node over all its blocks is found hidden block by block, so that what a
-//! walk costs grows with the city and not with what is seen.
+//! Based on: Conte 2018 (`conte2018`), section 5.1: city, block, building, facade, storey.
+//! Deviations: above the blocks lie quadrants, and what belongs to no block, streets and trees, lies
+//! in the quadrant of its middle. A city that is one node over all its blocks is found hidden block by
+//! block, so that what a walk costs grows with the city and not with what is seen.
 
-use dapple_occlusion::camera::{Bounds, Objects};
+use super::{Bounds, Objects};
 use dapple_scene::{Scene, city::Part};
 use glam::Vec3;
 
-/// The path of each object. `parts` has one an instance of `scene`, `owners` one a placed triangle:
-/// its object, and its index there.
-pub fn object_keys(
+/// The path of each object, for [`Tree::by_keys`](super::Tree::by_keys). `parts` has one an instance
+/// of `scene`, `owners` one a placed triangle: its object, and its index there. An object without a
+/// part lies beside the trees of its quadrant.
+pub fn city_keys(
     parts: &[Part],
     scene: &Scene,
     owners: &[[u32; 2]],
@@ -21,7 +22,7 @@ pub fn object_keys(
     let placed = scene.world_triangles().map(|((instance, _), _)| instance);
     for (instance, [object, _]) in placed.zip(owners) {
         if let Some(part) = part_of.get_mut(*object as usize) {
-            *part = Some(parts[instance as usize]);
+            *part = parts.get(instance as usize).copied();
         }
     }
     let bounds = |object: usize| objects.objects[object].bounds;
@@ -88,7 +89,7 @@ fn quadrants(city: &Bounds, point: Vec3, levels: u32) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dapple_occlusion::camera::Tree;
+    use crate::camera::Tree;
     use dapple_scene::generate;
 
     #[test]
@@ -103,7 +104,7 @@ mod tests {
     fn blocks_stay_whole_and_no_node_has_many_children_but_those_of_the_city() {
         let city = generate::city_of("city", 0).unwrap().scene();
         let (objects, owners) = Objects::from_scene(&city.scene, 128).unwrap();
-        let keys = object_keys(&city.parts, &city.scene, &owners, &objects);
+        let keys = city_keys(&city.parts, &city.scene, &owners, &objects);
         let quadrant = |block: u32| {
             let of = |part: &Part| super::block(*part) == Some(block);
             let mut paths: Vec<&[u32]> =
