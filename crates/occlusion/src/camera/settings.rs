@@ -96,6 +96,14 @@ impl Technique {
         }
     }
 
+    /// Whether it asks the renderer what would show.
+    pub fn asks(self) -> bool {
+        match self {
+            Self::None | Self::Frustum => false,
+            Self::StopAndWait | Self::Chc | Self::ChcPlusPlus => true,
+        }
+    }
+
     /// The technique of that name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|t| t.name() == name)
@@ -145,8 +153,7 @@ impl Settings {
 
     /// Whether the image must equal that of drawing everything.
     pub fn is_exact(&self) -> bool {
-        let asks = !matches!(self.technique, Technique::None | Technique::Frustum);
-        !asks || self.threshold_px == 0 && self.results == Results::SameFrame
+        !self.technique.asks() || self.threshold_px == 0 && self.results == Results::SameFrame
     }
 
     /// Whether these can be run.

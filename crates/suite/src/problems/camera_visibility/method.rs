@@ -169,7 +169,7 @@ impl Method {
     /// Stored coverage of the leaves of objects that own pixels of the last frame, and those pixels.
     pub fn coverage(&self, case: &VisibilityCase<'_>, image: &Image) -> Option<(u64, u64)> {
         let Self::Asks { settings, tree, state } = self else { return None };
-        if matches!(settings.technique, Technique::None | Technique::Frustum) {
+        if !settings.technique.asks() {
             return None;
         }
         let pixels = software::owners(image, case.objects().objects.len());
@@ -199,7 +199,7 @@ impl Method {
         drawn: &[u32],
     ) -> Result<Option<u64>, SuiteError> {
         let Self::Asks { settings, tree, state } = self else { return Ok(None) };
-        if matches!(settings.technique, Technique::None | Technique::Frustum) {
+        if !settings.technique.asks() {
             return Ok(None);
         }
         let [width, height] = case.size().map(f64::from);
