@@ -1,0 +1,1 @@
+//! Upper bounds of what a cluster can give, at a point and over a region.

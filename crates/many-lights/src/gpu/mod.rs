@@ -1,0 +1,5 @@
+//! The same techniques on a device.
+
+mod scene;
+
+pub use scene::Scene;

@@ -1,0 +1,112 @@
+//! Lights, and what leaves them in a direction.
+//!
+//! Based on: B. Walter et al., "Lightcuts: a scalable approach to illumination", 2005, section 3
+//! (omni, oriented and directional lights), and Melino Conte, "Real-time Rendering of Cities at Night",
+//! 2018, section 5.1 (spot lights that fall linearly to 0 at 45 degrees).
+//! Deviations: linear in the *angle*, which the thesis leaves open.
+
+use crate::LightsError;
+use glam::DVec3;
+
+/// How the intensity of a light depends on the direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Emission {
+    /// The same to all sides.
+    Omni,
+    /// max(cos φ, 0) of the angle φ from the axis: a small patch.
+    Oriented,
+    /// 1 - φ / half angle, at least 0: a window, a lamp with a shade.
+    Spot {
+        /// Where it reaches 0, radians, in (0, π].
+        half_angle_rad: f64,
+    },
+    /// Parallel light that travels along the axis and does not weaken with distance: the intensity
+    /// is then an irradiance, and the position has no meaning.
+    Directional,
+}
+
+/// A light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Metres, relative to [`crate::World::origin`].
+    pub position: DVec3,
+    /// Unit length; any for [`Emission::Omni`].
+    pub axis: DVec3,
+    /// Radiant intensity along the axis (or irradiance), linear RGB, at least 0.
+    pub intensity: DVec3,
+    /// How it depends on the direction.
+    pub emission: Emission,
+}
+
+impl Emission {
+    /// Share of the intensity that leaves at `angle_rad` from the axis.
+    pub fn falloff(&self, angle_rad: f64) -> f64 {
+        match self {
+            Self::Omni | Self::Directional => 1.0,
+            // Beyond a right angle the cosine is negative.
+            Self::Oriented => angle_rad.cos().max(0.0),
+            Self::Spot { half_angle_rad } => (1.0 - angle_rad / half_angle_rad).clamp(0.0, 1.0),
+        }
+    }
+
+    /// Place among the kinds, as nodes and shaders number them.
+    pub fn code(&self) -> u32 {
+        match self {
+            Self::Omni => 0,
+            Self::Oriented => 1,
+            Self::Spot { .. } => 2,
+            Self::Directional => 3,
+        }
+    }
+
+    /// Where light stops, radians from the axis: π where it does not.
+    pub fn half_angle_rad(&self) -> f64 {
+        match self {
+            Self::Omni | Self::Directional => std::f64::consts::PI,
+            Self::Oriented => std::f64::consts::FRAC_PI_2,
+            Self::Spot { half_angle_rad } => *half_angle_rad,
+        }
+    }
+}
+
+/// The angle between two unit vectors, radians, in 0..=π; exact to rounding near 0 and π too, where
+/// the arc cosine of their product is not.
+pub fn angle(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b))
+}
+
+impl Light {
+    /// Refuses what no sum survives.
+    ///
+    /// # Errors
+    /// [`LightsError::Value`] that names light `index`: a number that is not finite, a negative
+    /// intensity, an axis that is not of unit length (to 1e-6), a half angle outside (0, π].
+    pub fn check(&self, index: usize) -> Result<(), LightsError> {
+        let refuse = |what: &str| Err(LightsError::value(format!("light {index}"), what));
+        if !self.position.is_finite() || !self.axis.is_finite() || !self.intensity.is_finite() {
+            return refuse("position, axis and intensity have to be finite numbers");
+        }
+        if self.intensity.min_element() < 0.0 {
+            return refuse("the intensity is negative");
+        }
+        if self.emission != Emission::Omni && (self.axis.length() - 1.0).abs() > 1e-6 {
+            return refuse("the axis is not of unit length");
+        }
+        if let Emission::Spot { half_angle_rad } = self.emission
+            && !(half_angle_rad > 0.0 && half_angle_rad <= std::f64::consts::PI)
+        {
+            return refuse("the cone's half angle has to be in (0, π] radians");
+        }
+        Ok(())
+    }
+
+    /// Luminance of the intensity (Rec. 709).
+    pub fn luminance(&self) -> f64 {
+        luminance(self.intensity)
+    }
+}
+
+/// Luminance of linear RGB (Rec. 709).
+pub fn luminance(rgb: DVec3) -> f64 {
+    rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+}

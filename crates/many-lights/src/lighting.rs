@@ -1,0 +1,71 @@
+//! Techniques made ready in one of three forms.
+
+use crate::{LightTree, LightsError, Technique, Work, World};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// In which shape a technique runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Form {
+    /// f64, scalar, clear.
+    Reference,
+    /// f32, parallel.
+    Cpu,
+    /// On a device.
+    Gpu,
+}
+
+/// Times of a frame's passes by the device's clock; empty on the processor.
+pub type Times = Vec<(&'static str, u64)>;
+
+/// What a frame came out as.
+#[derive(Clone, Debug, Default)]
+pub struct Shaded {
+    /// Linear RGB, one a pixel, rows top to bottom; 0 where nothing shows.
+    pub radiance: Vec<Vec3>,
+    /// Its work; 0 where it was not counted.
+    pub work: Work,
+    /// Nodes visited by pixel; empty where it was not counted, or no tree is walked.
+    pub visits: Vec<u32>,
+}
+
+/// A technique that lights the frames of a world, in order from a reset.
+pub trait Lighting {
+    /// Forgets every earlier frame; random numbers follow `seed` from here on.
+    ///
+    /// # Errors
+    /// The device's.
+    fn reset(&mut self, seed: u32) -> Result<(), LightsError>;
+
+    /// Lights frame `index` of the world. Counting costs time and changes nothing else.
+    /// Allocates nothing of its own.
+    ///
+    /// # Errors
+    /// A frame that there is not, or the device's.
+    fn shade(&mut self, index: usize, count: bool) -> Result<Times, LightsError>;
+
+    /// What the last frame came out as.
+    ///
+    /// # Errors
+    /// The device's.
+    fn read(&mut self, shaded: &mut Shaded) -> Result<(), LightsError>;
+
+    /// Bytes of what it holds beside the world's frames: lights or tree, lists, state.
+    fn bytes(&self) -> u64;
+}
+
+/// A technique made ready. `tree` is used by techniques that walk one; `scene` by the gpu form.
+///
+/// # Errors
+/// Settings that are refused, or a device that is too small.
+pub fn make<'g>(
+    form: Form,
+    technique: &Technique,
+    world: &Arc<World>,
+    tree: &Arc<LightTree>,
+    scene: Option<&Arc<crate::gpu::Scene<'g>>>,
+) -> Result<Box<dyn Lighting + 'g>, LightsError> {
+    technique.check()?;
+    let _ = (world, tree, scene);
+    Err(LightsError::value(format!("{technique:?}"), format!("has no {form:?} form")))
+}

@@ -1,0 +1,5 @@
+//! Lights drawn by chance.
+
+mod random;
+
+pub use random::{Random, hash};

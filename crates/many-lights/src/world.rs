@@ -1,0 +1,131 @@
+//! What is lit, by what, as techniques are given it.
+
+use crate::{Eye, Light, LightsError, light::Emission};
+use bytemuck::{Pod, Zeroable};
+use dapple_trace::{Ray, Tracer};
+use glam::{DVec3, Vec3};
+use std::sync::Arc;
+
+/// The object of a pixel that shows nothing.
+pub const NOTHING: u32 = u32::MAX;
+
+/// A receiver: what one pixel shows. 48 bytes, as on a device.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Point {
+    /// Metres, relative to [`World::origin`].
+    pub position: Vec3,
+    /// What it lies on, or [`NOTHING`].
+    pub object: u32,
+    /// Unit length, towards the eye.
+    pub normal: Vec3,
+    /// Unused.
+    pub pad: u32,
+    /// Diffuse reflectance, linear RGB, each in 0..=1.
+    pub albedo: Vec3,
+    /// Unused.
+    pub pad_behind: u32,
+}
+
+impl Point {
+    /// A pixel that shows nothing.
+    pub fn nothing() -> Self {
+        Self { object: NOTHING, ..Self::default() }
+    }
+
+    /// Whether there is anything to be lit.
+    pub fn is_there(&self) -> bool {
+        self.object != NOTHING
+    }
+}
+
+/// One frame: what its pixels show, and from where.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The eye.
+    pub eye: Eye,
+    /// One a pixel, rows top to bottom.
+    pub points: Vec<Point>,
+}
+
+/// Lights and frames, shared by all techniques. Local space: metres relative to `origin`.
+#[derive(Clone)]
+pub struct World {
+    /// World space.
+    pub origin: DVec3,
+    /// All lights.
+    pub lights: Vec<Light>,
+    /// Frames of a path, in order; at least one.
+    pub frames: Vec<Frame>,
+    /// Distances below this count as this, metres, more than 0.
+    pub clamp_m: f64,
+    /// What casts shadows (in world space); `None` where nothing does.
+    pub occluders: Option<Arc<Tracer>>,
+}
+
+impl World {
+    /// Refuses what techniques do not survive.
+    ///
+    /// # Errors
+    /// [`LightsError::Value`] that names the light, frame or point.
+    pub fn check(&self) -> Result<(), LightsError> {
+        if !(self.clamp_m > 0.0 && self.clamp_m.is_finite()) {
+            return Err(LightsError::value("clamp", "has to be a distance above 0"));
+        }
+        for (index, light) in self.lights.iter().enumerate() {
+            light.check(index)?;
+        }
+        if self.frames.is_empty() {
+            return Err(LightsError::value("frames", "there has to be at least one"));
+        }
+        for (index, frame) in self.frames.iter().enumerate() {
+            frame.check(index)?;
+        }
+        Ok(())
+    }
+
+    /// Whether nothing lies between a point and a light. Rays start off the surface by the tracer's
+    /// rounding, towards the side the normal shows, and end as far before the light.
+    pub fn sees(&self, point: &Point, light: &Light) -> bool {
+        let Some(tracer) = &self.occluders else { return true };
+        let lift = 4.0 * tracer.epsilon_m();
+        let from = self.origin + point.position.as_dvec3() + point.normal.as_dvec3() * lift;
+        if light.emission == Emission::Directional {
+            return !tracer.any(&Ray::new(from, -light.axis));
+        }
+        let to_light = self.origin + light.position - from;
+        let distance = to_light.length();
+        let reach = distance - lift;
+        reach <= 0.0 || !tracer.any(&Ray { t_max: reach, ..Ray::new(from, to_light / distance) })
+    }
+}
+
+impl Frame {
+    fn check(&self, index: usize) -> Result<(), LightsError> {
+        let refuse = |what: String| Err(LightsError::value(format!("frame {index}"), what));
+        if self.points.len() != self.width as usize * self.height as usize {
+            return refuse(format!(
+                "{} points for {} x {} pixels",
+                self.points.len(),
+                self.width,
+                self.height
+            ));
+        }
+        for (pixel, point) in self.points.iter().enumerate().filter(|(_, p)| p.is_there()) {
+            if !point.position.is_finite() || !point.normal.is_finite() {
+                return refuse(format!("pixel {pixel}: position or normal is not finite"));
+            }
+            if !(point.normal.length() - 1.0).abs().le(&1e-3) {
+                return refuse(format!("pixel {pixel}: the normal is not of unit length"));
+            }
+            if !(point.albedo.min_element() >= 0.0 && point.albedo.max_element() <= 1.0) {
+                return refuse(format!("pixel {pixel}: the albedo is outside 0..=1"));
+            }
+        }
+        Ok(())
+    }
+}
