@@ -2,7 +2,7 @@
 //! when it draws everything.
 
 use super::{
-    picture,
+    drawer, picture,
     scene::{self, Loaded},
     subject,
     truth::{NOTHING, Truth},
@@ -60,8 +60,8 @@ pub struct VisibilityCase<'g> {
     seed: u64,
     truth: Truth,
     trees: RefCell<BTreeMap<String, Rc<Tree>>>,
-    full: RefCell<BTreeMap<Form, Rc<Vec<Image>>>>,
-    start: OnceCell<Rc<Vec<Image>>>,
+    /// What forms show of the path, from its start, when they draw everything.
+    everything: RefCell<BTreeMap<Form, Rc<Vec<Image>>>>,
     device: OnceCell<Rc<dapple_occlusion::camera::gpu::Scene>>,
 }
 
@@ -134,8 +134,7 @@ impl<'g> VisibilityCase<'g> {
             seed: case.seed,
             truth,
             trees: RefCell::default(),
-            full: RefCell::default(),
-            start: OnceCell::new(),
+            everything: RefCell::default(),
             device: OnceCell::new(),
         })
     }
@@ -210,34 +209,28 @@ impl<'g> VisibilityCase<'g> {
     /// What a form shows when it draws everything, frame by frame; drawn once.
     ///
     /// # Errors
-    /// The device's.
-    pub fn full(
-        &self,
-        form: Form,
-        draw: impl FnOnce() -> Result<Vec<Image>, SuiteError>,
-    ) -> Result<Rc<Vec<Image>>, SuiteError> {
-        if let Some(images) = self.full.borrow().get(&form) {
-            return Ok(Rc::clone(images));
-        }
-        let images = Rc::new(draw()?);
-        self.full.borrow_mut().insert(form, Rc::clone(&images));
-        Ok(images)
+    /// The renderer's.
+    pub fn everything(&self, form: Form) -> Result<Rc<Vec<Image>>, SuiteError> {
+        self.everything_at_start(form, self.views.len())
     }
 
-    /// What the reference shows of the first frames when it draws everything; drawn once.
+    /// The same for the path's first frames, so many at least where the path has them.
     ///
     /// # Errors
     /// The renderer's.
-    pub fn reference_start(
+    pub fn everything_at_start(
         &self,
+        form: Form,
         frames: usize,
-        draw: impl FnOnce(&Self, usize) -> Result<Vec<Image>, SuiteError>,
     ) -> Result<Rc<Vec<Image>>, SuiteError> {
-        if let Some(images) = self.start.get() {
-            return Ok(Rc::clone(images));
+        let frames = frames.min(self.views.len());
+        let drawn = self.everything.borrow().get(&form).map(Rc::clone);
+        if let Some(images) = drawn.filter(|images| images.len() >= frames) {
+            return Ok(images);
         }
-        let images = Rc::new(draw(self, frames)?);
-        Ok(Rc::clone(self.start.get_or_init(|| images)))
+        let images = Rc::new(drawer::everything(self, form, frames)?);
+        self.everything.borrow_mut().insert(form, Rc::clone(&images));
+        Ok(images)
     }
 
     /// The device, and the objects on it, uploaded once.

@@ -141,15 +141,19 @@ impl<'g> Drawer<'g> {
     }
 }
 
-/// Draws every object in the path's first frames.
+/// What a form shows of the path's first frames when every object is drawn.
 ///
 /// # Errors
 /// The renderer's.
 pub fn everything(
     case: &VisibilityCase<'_>,
+    form: Form,
     frames: usize,
-    drawer: &mut Drawer<'_>,
 ) -> Result<Vec<Image>, SuiteError> {
+    let mut drawer = match form {
+        Form::Gpu => Drawer::device(case, gpu::Settings::default())?,
+        form => Drawer::software(case, form, Readiness::Modelled(0))?,
+    };
     let all: Vec<u32> = (0..case.objects().objects.len() as u32).collect();
     let one = |view| {
         let renderer = drawer.renderer()?;

@@ -1,15 +1,11 @@
 //! What all forms check before they are timed.
 
-use super::{
-    case::VisibilityCase,
-    drawer::{self, Drawer},
-    subject,
-};
+use super::{case::VisibilityCase, subject};
 use crate::{
     SuiteError,
     problem::{Checked, Form, Setting},
 };
-use dapple_occlusion::camera::{Frame, Image, Readiness, Work};
+use dapple_occlusion::camera::{Frame, Image, Work};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Frames held against the reference, from the path's start: later ones depend on all before.
@@ -87,12 +83,9 @@ pub fn hold(
         return Ok(());
     }
     let reference = Setting { form: Form::Reference, ..setting.clone() };
-    let expected = case.reference_start(FRAMES, |case, frames| {
-        let mut drawer = Drawer::software(case, Form::Reference, Readiness::Modelled(0))?;
-        drawer::everything(case, frames, &mut drawer)
-    })?;
+    let expected = case.everything_at_start(Form::Reference, FRAMES)?;
     let (mut ids, mut pixels) = (0, 0);
-    for (image, full) in expected.iter().zip(full) {
+    for (image, full) in expected.iter().zip(full).take(FRAMES) {
         ids += differences(full, image).ids;
         pixels += image.ids.len() as u64;
     }

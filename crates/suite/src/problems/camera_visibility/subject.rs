@@ -1,18 +1,12 @@
 //! A technique that draws along the path and is judged frame by frame.
 
-use super::{
-    case::VisibilityCase,
-    drawer::{self, Drawer},
-    errors::Score,
-    method::Method,
-    port, settings,
-};
+use super::{case::VisibilityCase, drawer::Drawer, errors::Score, method::Method, port, settings};
 use crate::{
     SuiteError,
-    problem::{Checked, Form, FrameTime, Picture, Setting, Subject},
+    problem::{Checked, FrameTime, Picture, Setting, Subject},
 };
-use dapple_occlusion::camera::{Frame, Image, Readiness, Work, gpu};
-use std::{rc::Rc, time::Instant};
+use dapple_occlusion::camera::{Frame, Image, Work};
+use std::time::Instant;
 
 /// The technique that `setting` asks for.
 ///
@@ -78,25 +72,6 @@ impl<'a, 'g> PathSubject<'a, 'g> {
     pub fn image(&self) -> Result<Image, SuiteError> {
         self.drawer.image()
     }
-
-    /// What this form shows when everything is drawn.
-    fn full(&self) -> Result<Rc<Vec<Image>>, SuiteError> {
-        full(self.case, self.setting.form)
-    }
-}
-
-/// What a form shows when everything is drawn, frame by frame, drawn once.
-///
-/// # Errors
-/// The device's.
-pub fn full(case: &VisibilityCase<'_>, form: Form) -> Result<Rc<Vec<Image>>, SuiteError> {
-    case.full(form, || {
-        let mut drawer = match form {
-            Form::Gpu => Drawer::device(case, gpu::Settings::default())?,
-            form => Drawer::software(case, form, Readiness::Modelled(0))?,
-        };
-        drawer::everything(case, case.views().len(), &mut drawer)
-    })
 }
 
 impl Subject for PathSubject<'_, '_> {
@@ -118,7 +93,7 @@ impl Subject for PathSubject<'_, '_> {
 
     fn check(&mut self) -> Result<Checked, SuiteError> {
         self.reset()?;
-        let full = self.full()?;
+        let full = self.case.everything(self.setting.form)?;
         let mut checked = Checked::default();
         let (mut score, mut work, mut calls) = (Score::default(), Work::default(), 0);
         let mut covered = (0_u64, 0_u64);

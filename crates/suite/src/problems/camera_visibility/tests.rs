@@ -10,7 +10,7 @@ use crate::{
 };
 use dapple_gpu::testing::test_gpu;
 use serde_json::Value;
-use std::{io::Write, path::PathBuf};
+use std::{io::Write, path::PathBuf, rc::Rc};
 
 /// A case with a few parameters given.
 fn case(scene: &str, given: &[(&str, Value)]) -> Case {
@@ -134,6 +134,24 @@ fn every_technique_passes_its_check_in_every_variant_and_form() {
         }
     }
     assert!(ran == expected && ran >= 20, "{ran} of {expected}");
+}
+
+#[test]
+fn everything_is_drawn_once_and_again_only_for_more_frames() {
+    let prepared = prepare(&small("city_small"));
+    let port = || {
+        let s = setting("frustum", "", Form::Cpu, &[]);
+        prepared.subject(&s).unwrap().check().unwrap().port_errors
+    };
+    let start = prepared.everything_at_start(Form::Reference, 2).unwrap();
+    let before = port();
+    let all = prepared.everything(Form::Reference).unwrap();
+    assert_eq!((start.len(), all.len()), (2, 4));
+    assert_eq!(start[..], all[..2]);
+    assert!(Rc::ptr_eq(&all, &prepared.everything_at_start(Form::Reference, 2).unwrap()));
+    assert!(Rc::ptr_eq(&all, &prepared.everything_at_start(Form::Reference, 9).unwrap()));
+    // Held against the same frames, however many there are.
+    assert_eq!(port(), before);
 }
 
 #[test]

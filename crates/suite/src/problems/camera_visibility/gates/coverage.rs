@@ -175,7 +175,7 @@ fn histogram(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteErro
     for number in 0..play::cases(context, CASES, faulty) {
         let case = input::case(context.seed, number, None)?;
         let tree = case.tree("bottom-up")?;
-        let full = super::super::subject::full(&case, crate::problem::Form::Cpu)?;
+        let full = case.everything(crate::problem::Form::Cpu)?;
         for image in full.iter() {
             let mut pixels = software::owners(image, case.objects().objects.len());
             if faulty {

@@ -4,7 +4,6 @@ use super::{input, play};
 use crate::{
     SuiteError,
     problem::Form,
-    problems::camera_visibility::subject,
     verify::{About, Gate, GateContext, Tally, gate},
 };
 use dapple_occlusion::camera::{
@@ -78,7 +77,7 @@ fn along(
         let renderer = || Fast::new(Arc::clone(case.shared_objects()), Readiness::Modelled(0));
         let (mut ours, mut theirs) = (renderer()?, renderer()?);
         let mut out = Frame::default();
-        let full = subject::full(&case, Form::Cpu)?;
+        let full = case.everything(Form::Cpu)?;
         for (index, view) in case.views().iter().enumerate() {
             reference::frame(objects, view, &mut every_pixel, &mut theirs, &mut out)?;
             cpu::frame(&settings, objects, &tree, view, &mut state, &mut ours, &mut out)?;

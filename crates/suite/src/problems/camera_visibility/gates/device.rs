@@ -4,7 +4,7 @@ use super::{ALL, input, play, questions::ASKS, renderers};
 use crate::{
     SuiteError,
     problem::Form,
-    problems::camera_visibility::{case::VisibilityCase, settings, subject},
+    problems::camera_visibility::{case::VisibilityCase, settings},
     verify::{About, Gate, GateContext, Tally, gate},
 };
 use dapple_gpu::Gpu;
@@ -179,7 +179,7 @@ fn depth_test(
         };
         let tree = case.tree("auto")?;
         let (mut state, mut out) = (State::new(&tree), Frame::default());
-        let full = subject::full(&case, Form::Gpu)?;
+        let full = case.everything(Form::Gpu)?;
         for (index, view) in case.views().iter().enumerate() {
             let objects = case.objects();
             techniques::frame(&asks, objects, &tree, view, &mut state, &mut renderer, &mut out)?;

@@ -4,7 +4,7 @@ use super::{input, play};
 use crate::{
     SuiteError,
     problem::Form,
-    problems::camera_visibility::{case::VisibilityCase, subject},
+    problems::camera_visibility::case::VisibilityCase,
     verify::{About, Gate, GateContext, Tally, gate},
 };
 use dapple_occlusion::camera::{
@@ -65,7 +65,7 @@ fn frame(
     let mut renderer = Fast::new(Arc::clone(case.shared_objects()), Readiness::Modelled(0))?;
     let view = &case.views()[index];
     culler.frame(objects, &tree, view, &mut renderer, &mut Frame::default())?;
-    let full = subject::full(case, Form::Cpu)?;
+    let full = case.everything(Form::Cpu)?;
     Ok((culler, renderer.image().depth == full[index].depth))
 }
 
@@ -83,7 +83,7 @@ fn conservative(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteE
         let case = input::city_case(context.seed, number, None)?;
         // The reference snaps nothing: what it shows may lie on the other side of an edge.
         for form in [Form::Cpu, Form::Reference] {
-            let full = subject::full(&case, form)?;
+            let full = case.everything(form)?;
             for index in (0..case.views().len()).step_by(2) {
                 for occluders in occluders(faulty) {
                     let (culler, _) = frame(&case, settings(*occluders, None), index)?;
@@ -129,7 +129,7 @@ fn port(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteError> {
                 let most = if faulty { slow.occluder_triangles() / 2 } else { u64::MAX };
                 let fast = masked::Settings { most_triangles: most, ..settings(occluders, None) };
                 let (fast, _) = frame(&case, fast, index)?;
-                let full = subject::full(&case, Form::Cpu)?;
+                let full = case.everything(Form::Cpu)?;
                 for (pixel, depth) in (0..).zip(&full[index].depth) {
                     let (x, y): (u32, u32) = (pixel % input::WIDTH, pixel / input::WIDTH);
                     for depth in [0.0, 0.5 * depth, 0.9 * depth, 0.99 * depth, 0.999 * depth] {

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     SuiteError,
     problem::Form,
-    problems::camera_visibility::{SPEC, case::VisibilityCase, settings, subject},
+    problems::camera_visibility::{SPEC, case::VisibilityCase, settings},
     verify::{About, Gate, GateContext, Tally, gate},
 };
 use dapple_occlusion::camera::{
@@ -116,7 +116,7 @@ pub fn wrong(
     index: usize,
     renderer: &Asked,
 ) -> Result<usize, SuiteError> {
-    let full = subject::full(case, Form::Reference)?;
+    let full = case.everything(Form::Reference)?;
     let differ = |(a, b): &(&f32, &f32)| a.to_bits() != b.to_bits();
     Ok(renderer.image().depth.iter().zip(&full[index].depth).filter(differ).count())
 }

@@ -4,7 +4,7 @@ use super::{ALL, input, judge, play};
 use crate::{
     SuiteError,
     problem::Form,
-    problems::camera_visibility::{case::VisibilityCase, drawer::Drawer, subject},
+    problems::camera_visibility::{case::VisibilityCase, drawer::Drawer},
     verify::{About, Gate, GateContext, Tally, gate},
 };
 use dapple_occlusion::camera::{Bounds, Image, Query, Readiness};
@@ -60,7 +60,7 @@ pub fn ids(
     for number in 0..play::cases(context, most, faulty) {
         let case = input::case(context.seed, number, gpu)?;
         for form in forms {
-            let full = subject::full(&case, *form)?;
+            let full = case.everything(*form)?;
             for (view, image) in case.views().iter().zip(full.iter()).step_by(3) {
                 let mut image: Image = image.clone();
                 if faulty {
@@ -135,7 +135,7 @@ fn boxes(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteError> {
     for number in 0..play::cases(context, CASES, faulty) {
         let case = input::case(context.seed, number, None)?;
         for form in [Form::Reference, Form::Cpu] {
-            let full = subject::full(&case, form)?;
+            let full = case.everything(form)?;
             for index in (0..case.views().len()).step_by(3) {
                 let objects = case.objects().objects.len();
                 let owned = dapple_occlusion::camera::software::owners(&full[index], objects);

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     SuiteError,
     problem::{Form, Technique},
-    problems::camera_visibility::{SPEC, port, subject},
+    problems::camera_visibility::{SPEC, port},
     verify::{About, Gate, GateContext, Tally, gate},
 };
 use dapple_gpu::Gpu;
@@ -138,7 +138,7 @@ fn without_largest(shown: &Shown<'_, '_>) -> Vec<u32> {
 }
 
 fn image(shown: &Shown<'_, '_>, faulty: bool, tally: &mut Tally) -> Result<(), SuiteError> {
-    let all = subject::full(shown.case, shown.setting.form)?;
+    let all = shown.case.everything(shown.setting.form)?;
     let full = &all[shown.index];
     let found = match faulty {
         true => port::differences(&play::draw(shown, &without_largest(shown))?, full),
