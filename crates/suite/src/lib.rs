@@ -5,6 +5,7 @@
 
 pub mod advise;
 pub mod case;
+pub mod city;
 pub mod claims;
 pub mod environment;
 pub mod error;

@@ -2,14 +2,13 @@
 //! when it draws everything.
 
 use super::{
-    drawer, picture,
-    scene::{self, Loaded},
-    subject,
+    drawer, picture, subject,
     truth::{NOTHING, Truth},
 };
 use crate::{
     SuiteError,
     case::Case,
+    city::{self, Loaded},
     knob::Get,
     problem::{Facts, Form, Picture, Prepared, Setting, Subject},
 };
@@ -71,7 +70,7 @@ impl<'g> VisibilityCase<'g> {
     /// # Errors
     /// A scene that cannot be used, or an unknown view.
     pub fn prepare(case: &Case, gpu: Option<&'g Gpu>) -> Result<Self, SuiteError> {
-        Self::of(scene::load(&case.scene, case.seed, &case.parameters)?, case, gpu)
+        Self::of(city::load(&case.scene, case.seed, &case.parameters)?, case, gpu)
     }
 
     /// The same for a scene at hand; of `case`, its scene's name is not used.
@@ -85,7 +84,7 @@ impl<'g> VisibilityCase<'g> {
         let size = [width, (width * 9 / 16).max(1)];
         let samples = parameters.int("truth_samples")? as u32;
         let most = parameters.int("object_triangles")? as u32;
-        let (view, cameras) = scene::cameras(&scene, &case.view, parameters.int("frames")? as u32)?;
+        let (view, cameras) = city::cameras(&scene, &case.view, parameters.int("frames")? as u32)?;
         let (objects, owners) = Objects::from_scene(&scene, most)?;
         let near_m = NEAR * scene.bounds().radius();
         let views = cameras

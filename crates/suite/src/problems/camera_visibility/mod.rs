@@ -12,7 +12,6 @@ mod gates;
 mod method;
 mod picture;
 mod port;
-pub mod scene;
 mod settings;
 mod spec;
 mod stress;

@@ -1,6 +1,7 @@
 //! What the problem declares: metrics, parameters, techniques, knobs.
 
 use crate::{
+    city,
     knob::{Accuracy, Knob},
     problem::{Constraint, Metric, ONLY, Spec, Technique, Variant, metric, technique, variant},
 };
@@ -60,20 +61,11 @@ const PARAMETERS: &[Knob] = &[
     )
     .log()
     .useful(16.0, 4096.0),
-    Knob::int("blocks", [0, 0, 24], "generated cities: blocks a side; 0: the scene's own"),
-    Knob::choice(
-        "heights",
-        &["scene", "varied", "independent", "seven"],
-        "generated cities: the scene's, 1 to 7 storeys alike in each block, by chance, or 7",
-    ),
-    Knob::choice(
-        "layout",
-        &["scene", "brick", "grid"],
-        "generated cities: the scene's, alternate rows moved by half a block, or not",
-    ),
-    Knob::float("empty", [0.0, 0.0, 0.5], "generated cities: share of empty lots"),
-    Knob::float("street", [0.0, 0.0, 30.0], "generated cities: width of streets; 0: the scene's")
-        .unit("m"),
+    city::BLOCKS,
+    city::HEIGHTS,
+    city::LAYOUT,
+    city::EMPTY,
+    city::STREET,
 ];
 
 const DRAWS: Knob = Knob::choice(

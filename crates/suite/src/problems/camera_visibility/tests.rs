@@ -270,7 +270,7 @@ fn a_view_is_a_path_or_a_still_that_is_repeated() {
 fn a_camera_that_sees_nothing_is_refused() {
     let city = dapple_scene::generate::by_name("cube", 0).unwrap();
     let scene = edit::seen_from_behind(city);
-    let loaded = super::scene::Loaded { scene, city: None, hash: "away".into(), notes: vec![] };
+    let loaded = crate::city::Loaded { scene, city: None, hash: "away".into(), notes: vec![] };
     let error = VisibilityCase::of(loaded, &small("cube"), None).map(|_| ()).unwrap_err();
     assert!(error.to_string().contains("scene cube"), "{error}");
     assert!(error.to_string().contains("no frame shows anything"), "{error}");

@@ -1,8 +1,8 @@
 //! Cities and paths as the judges see them, made once and shared, and techniques run along them.
 
-use super::super::{SPEC, case::inner_boxes, scene};
+use super::super::{SPEC, case::inner_boxes};
 use crate::{
-    SuiteError,
+    SuiteError, city,
     knob::{self, Knobs},
 };
 use dapple_occlusion::camera::{
@@ -47,7 +47,7 @@ pub struct Town {
 /// A city by its scene's name, with some parameters given.
 ///
 /// # Errors
-/// Those of [`scene::load`]; test data that are not at hand.
+/// Those of [`city::load`]; test data that are not at hand.
 pub fn town(name: &str, given: &[(&str, Value)]) -> Result<Rc<Town>, SuiteError> {
     thread_local! {
         // What is shared counts its users in one thread.
@@ -59,7 +59,7 @@ pub fn town(name: &str, given: &[(&str, Value)]) -> Result<Rc<Town>, SuiteError>
     }
     let given: Knobs = given.iter().map(|(name, v)| ((*name).into(), v.clone())).collect();
     let parameters = knob::complete("parameter", SPEC.parameters, &given)?;
-    let loaded = scene::load(name, 0, &parameters)?;
+    let loaded = city::load(name, 0, &parameters)?;
     let Some((city, parts)) = loaded.city else {
         return Err(SuiteError::Internal(format!("scene {name} is no city")));
     };
@@ -92,7 +92,7 @@ impl Town {
         [width, height]: [u32; 2],
     ) -> Result<Vec<View>, SuiteError> {
         let needed = frames.saturating_mul(step as u32);
-        let (_, cameras) = scene::cameras(&self.scene, view, needed)?;
+        let (_, cameras) = city::cameras(&self.scene, view, needed)?;
         let near_m = NEAR * self.scene.bounds().radius();
         let one = |camera| Ok(View::new(camera, &self.objects, width, height, near_m)?);
         cameras.iter().step_by(step.max(1)).take(frames as usize).map(one).collect()

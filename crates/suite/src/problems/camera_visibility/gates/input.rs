@@ -3,9 +3,10 @@
 use crate::{
     SuiteError,
     case::Case,
+    city::Loaded,
     knob::{self, Knob, Range},
     problem::{Form, Setting, Technique},
-    problems::camera_visibility::{SPEC, case::VisibilityCase, scene::Loaded},
+    problems::camera_visibility::{SPEC, case::VisibilityCase},
 };
 use dapple_gpu::Gpu;
 use dapple_scene::{

@@ -15,13 +15,11 @@ mod tests;
 mod walls;
 mod world;
 
-use super::{
-    CameraVisibility, VisibilityCase,
-    scene::{self, Loaded},
-};
+use super::{CameraVisibility, VisibilityCase};
 use crate::{
     SuiteError,
     case::Case,
+    city::{self, Loaded},
     stress::{Axis, Criterion, Prepare, Values, settings::Usual},
 };
 use dapple_scene::Scene;
@@ -87,7 +85,7 @@ fn made(make: fn(f64, &Case) -> Scene) -> Prepare {
 }
 
 fn load(case: &Case) -> Result<Loaded, SuiteError> {
-    scene::load(&case.scene, case.seed, &case.parameters)
+    city::load(&case.scene, case.seed, &case.parameters)
 }
 
 /// A scene as it is loaded from a file that is no city.

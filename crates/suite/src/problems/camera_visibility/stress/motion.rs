@@ -3,8 +3,8 @@
 use super::{SEEN, of_scene, pushed};
 use crate::{
     case::Case,
+    city::Loaded,
     knob::Get,
-    problems::camera_visibility::scene::Loaded,
     stress::{Axis, Criterion, Values},
 };
 use dapple_scene::{Camera, CameraPath, Scene};

@@ -2,7 +2,8 @@
 
 use super::{SAME, USUAL, checked, load, made, made::field, of, of_scene, pushed};
 use crate::{
-    problems::camera_visibility::{VisibilityCase, scene::Loaded},
+    city::Loaded,
+    problems::camera_visibility::VisibilityCase,
     stress::{Axis, Prepare, Values, edit, world},
 };
 use dapple_scene::{Instance, Mesh, Projection, Scene};

@@ -1,9 +1,9 @@
-//! From a scene's name to objects along a camera path.
+//! Scenes that may be cities: generated as parameters ask, or read from files; and paths through them.
 
 use crate::{
     SuiteError,
     case::{self, Source},
-    knob::{Get, Knobs},
+    knob::{Get, Knob, Knobs},
     scene as complete,
 };
 use dapple_scene::{
@@ -12,6 +12,29 @@ use dapple_scene::{
     generate, import,
 };
 use std::path::Path;
+
+/// Generated cities: blocks a side.
+pub const BLOCKS: Knob =
+    Knob::int("blocks", [0, 0, 24], "generated cities: blocks a side; 0: the scene's own");
+/// Generated cities: heights of buildings.
+pub const HEIGHTS: Knob = Knob::choice(
+    "heights",
+    &["scene", "varied", "independent", "seven"],
+    "generated cities: the scene's, 1 to 7 storeys alike in each block, by chance, or 7",
+);
+/// Generated cities: how blocks lie.
+pub const LAYOUT: Knob = Knob::choice(
+    "layout",
+    &["scene", "brick", "grid"],
+    "generated cities: the scene's, alternate rows moved by half a block, or not",
+);
+/// Generated cities: empty lots.
+pub const EMPTY: Knob =
+    Knob::float("empty", [0.0, 0.0, 0.5], "generated cities: share of empty lots");
+/// Generated cities: streets.
+pub const STREET: Knob =
+    Knob::float("street", [0.0, 0.0, 30.0], "generated cities: width of streets; 0: the scene's")
+        .unit("m");
 
 /// A scene, and what is known of it as a city.
 pub struct Loaded {
