@@ -1,5 +1,7 @@
-//! The same techniques on a device.
+//! The same techniques on a device: WGSL kernels, one thread a pixel, one workgroup a tile.
 
 mod scene;
+mod tree;
 
-pub use scene::Scene;
+pub use scene::{FrameParams, Output, PackedLight, Scene, TILE};
+pub use tree::Tree;

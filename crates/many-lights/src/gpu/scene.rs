@@ -1,8 +1,46 @@
 //! What all techniques share on a device, uploaded once.
 
-use crate::{LightsError, World};
-use dapple_gpu::Gpu;
+use crate::{Frame, Light, LightsError, World};
+use bytemuck::{Pod, Zeroable};
+use dapple_gpu::{Gpu, GpuError, wgpu};
+use glam::{Vec3, Vec4};
 use std::sync::Arc;
+
+/// Pixels a side of a tile: a workgroup is one tile.
+pub const TILE: u32 = 8;
+
+/// A single light in 48 bytes, in the order of [`World::lights`]; `Light` of
+/// `common/lights_frame.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PackedLight {
+    /// Metres, local.
+    pub position: Vec3,
+    /// Where its cone ends, radians.
+    pub half_angle_rad: f32,
+    /// Linear RGB.
+    pub intensity: Vec3,
+    /// [`crate::Emission::code`].
+    pub kind: u32,
+    /// Unit length.
+    pub axis: Vec3,
+    /// Unused.
+    pub pad: u32,
+}
+
+/// What a kernel is told of a frame; `FrameParams` of `common/lights_frame.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct FrameParams {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Lights of the world.
+    pub lights: u32,
+    /// The frame's index.
+    pub frame: u32,
+}
 
 /// Points of every frame, and the lights.
 pub struct Scene<'g> {
@@ -10,14 +48,189 @@ pub struct Scene<'g> {
     pub gpu: &'g Gpu,
     /// What was uploaded.
     pub world: Arc<World>,
+    lights: wgpu::Buffer,
+    frames: Vec<(wgpu::Buffer, wgpu::Buffer)>,
+    greatest: u64,
+}
+
+/// What one technique writes: every technique has its own, so that none overwrites another's.
+#[derive(Debug)]
+pub struct Output {
+    /// `array<vec4<f32>>`: radiance, one a pixel of the largest frame.
+    pub radiance: wgpu::Buffer,
+    /// `array<vec4<u32>>`: what was counted, one a pixel.
+    pub counts: wgpu::Buffer,
+}
+
+impl Light {
+    /// The light in f32.
+    pub fn pack(&self) -> PackedLight {
+        PackedLight {
+            position: self.position.as_vec3(),
+            half_angle_rad: self.emission.half_angle_rad() as f32,
+            intensity: self.intensity.as_vec3(),
+            kind: self.emission.code(),
+            axis: self.axis.as_vec3(),
+            pad: 0,
+        }
+    }
 }
 
 impl<'g> Scene<'g> {
     /// Uploads the frames' points and the lights.
     ///
     /// # Errors
-    /// A buffer over a limit of the device, by name.
+    /// A buffer or a dispatch over a limit of the device, by name; worlds with occluders, since
+    /// kernels trace no rays.
     pub fn new(gpu: &'g Gpu, world: &Arc<World>) -> Result<Self, LightsError> {
-        Ok(Self { gpu, world: Arc::clone(world) })
+        if world.occluders.is_some() {
+            return Err(LightsError::value("occluders", "are not traced on a device"));
+        }
+        let count = u32::try_from(world.lights.len())
+            .map_err(|_| LightsError::value("lights", "more than 2^32 - 1 are not supported"))?;
+        let lights: Vec<_> = world.lights.iter().map(Light::pack).collect();
+        let lights = storage(gpu, "lights", &lights)?;
+        let mut frames = Vec::with_capacity(world.frames.len());
+        for (index, frame) in world.frames.iter().enumerate() {
+            check_tiles(gpu, index, frame)?;
+            let points = storage(gpu, &format!("points of frame {index}"), &frame.points)?;
+            let (width, height) = (frame.width, frame.height);
+            let params = FrameParams { width, height, lights: count, frame: index as u32 };
+            frames.push((points, gpu.uniform("frame", &params)?));
+        }
+        let greatest = world.frames.iter().map(|frame| frame.points.len() as u64).max();
+        Ok(Self { gpu, world: Arc::clone(world), lights, frames, greatest: greatest.unwrap_or(0) })
     }
+
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Points of a frame: `array<Point>`, one a pixel.
+    ///
+    /// # Errors
+    /// A frame that there is not.
+    pub fn points(&self, frame: usize) -> Result<&wgpu::Buffer, LightsError> {
+        Ok(&self.of(frame)?.0)
+    }
+
+    /// Uniform [`FrameParams`] of a frame.
+    ///
+    /// # Errors
+    /// A frame that there is not.
+    pub fn params(&self, frame: usize) -> Result<&wgpu::Buffer, LightsError> {
+        Ok(&self.of(frame)?.1)
+    }
+
+    /// All lights: `array<Light>`, at least one element.
+    pub fn lights(&self) -> &wgpu::Buffer {
+        &self.lights
+    }
+
+    /// Pixels of the largest frame.
+    pub fn greatest_pixels(&self) -> u64 {
+        self.greatest
+    }
+
+    /// Workgroups of 8 x 8 that cover a frame.
+    ///
+    /// # Errors
+    /// A frame that there is not.
+    pub fn tiles(&self, frame: usize) -> Result<[u32; 2], LightsError> {
+        let frame = self.frame(frame)?;
+        Ok([frame.width.div_ceil(TILE), frame.height.div_ceil(TILE)])
+    }
+
+    /// A frame of the world.
+    ///
+    /// # Errors
+    /// A frame that there is not.
+    pub fn frame(&self, frame: usize) -> Result<&Frame, LightsError> {
+        self.world.frames.get(frame).ok_or_else(|| self.no_frame(frame))
+    }
+
+    /// New buffers for what a technique gives and counts.
+    ///
+    /// # Errors
+    /// A buffer over a limit of the device, by name.
+    pub fn output(&self) -> Result<Output, LightsError> {
+        let bytes = 16 * self.greatest;
+        let radiance = self.gpu.buffer("radiance", bytes)?;
+        Ok(Output { radiance, counts: self.gpu.buffer("counts", bytes)? })
+    }
+
+    /// Group 0 of `common/lights_frame.wgsl`, one a frame, for a pipeline whose entry point uses
+    /// all four bindings: parameters, points, radiance, counts.
+    ///
+    /// # Errors
+    /// A frame that there is not.
+    pub fn bind(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        output: &Output,
+    ) -> Result<Vec<wgpu::BindGroup>, LightsError> {
+        let one = |(points, params): &(wgpu::Buffer, wgpu::Buffer)| {
+            self.gpu.bind(pipeline, 0, &[params, points, &output.radiance, &output.counts])
+        };
+        Ok(self.frames.iter().map(one).collect())
+    }
+
+    /// Radiance of frame `frame`, which was the last that wrote to `output`.
+    ///
+    /// # Errors
+    /// A frame that there is not, or the device's.
+    pub fn read(
+        &self,
+        output: &Output,
+        frame: usize,
+        radiance: &mut Vec<Vec3>,
+    ) -> Result<(), LightsError> {
+        let count = self.frame(frame)?.points.len();
+        let read: Vec<Vec4> = self.gpu.read(&output.radiance, 0, count)?;
+        radiance.clear();
+        radiance.extend(read.iter().map(|texel| texel.truncate()));
+        Ok(())
+    }
+
+    /// What was counted at each pixel of frame `frame`; what the four are is the technique's.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn read_counts(&self, output: &Output, frame: usize) -> Result<Vec<[u32; 4]>, LightsError> {
+        let count = self.frame(frame)?.points.len();
+        Ok(self.gpu.read(&output.counts, 0, count)?)
+    }
+
+    fn of(&self, frame: usize) -> Result<&(wgpu::Buffer, wgpu::Buffer), LightsError> {
+        self.frames.get(frame).ok_or_else(|| self.no_frame(frame))
+    }
+
+    fn no_frame(&self, frame: usize) -> LightsError {
+        LightsError::value(format!("frame {frame}"), format!("there are {}", self.frames.len()))
+    }
+}
+
+/// A storage buffer of at least one element: kernels bind arrays that are never empty.
+pub(super) fn storage<T: Pod>(
+    gpu: &Gpu,
+    label: &str,
+    data: &[T],
+) -> Result<wgpu::Buffer, GpuError> {
+    if data.is_empty() { gpu.upload(label, &[T::zeroed()]) } else { gpu.upload(label, data) }
+}
+
+/// Refuses frames of more tiles in a row or column than a dispatch may have.
+fn check_tiles(gpu: &Gpu, index: usize, frame: &Frame) -> Result<(), GpuError> {
+    let max = gpu.limits().max_compute_workgroups_per_dimension;
+    let asked = frame.width.max(frame.height).div_ceil(TILE);
+    if asked <= max {
+        return Ok(());
+    }
+    Err(GpuError::TooLarge {
+        what: format!("tiles of frame {index}"),
+        asked: asked.into(),
+        limit: "max_compute_workgroups_per_dimension",
+        max: max.into(),
+    })
 }
