@@ -17,6 +17,7 @@ mod settings;
 pub mod tree;
 mod work;
 mod world;
+pub mod worlds;
 
 pub use error::LightsError;
 pub use exact::radiance;
