@@ -30,7 +30,7 @@ pub struct PackedLight {
 
 /// What a kernel is told of a frame; `FrameParams` of `common/lights_frame.wgsl`.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct FrameParams {
     /// Columns.
     pub width: u32,
@@ -40,6 +40,10 @@ pub struct FrameParams {
     pub lights: u32,
     /// The frame's index.
     pub frame: u32,
+    /// As [`World::clamp_m`].
+    pub clamp_m: f32,
+    /// Unused.
+    pub pad: [u32; 3],
 }
 
 /// Points of every frame, and the lights.
@@ -94,8 +98,14 @@ impl<'g> Scene<'g> {
         for (index, frame) in world.frames.iter().enumerate() {
             check_tiles(gpu, index, frame)?;
             let points = storage(gpu, &format!("points of frame {index}"), &frame.points)?;
-            let (width, height) = (frame.width, frame.height);
-            let params = FrameParams { width, height, lights: count, frame: index as u32 };
+            let params = FrameParams {
+                width: frame.width,
+                height: frame.height,
+                lights: count,
+                frame: index as u32,
+                clamp_m: world.clamp_m as f32,
+                pad: [0; 3],
+            };
             frames.push((points, gpu.uniform("frame", &params)?));
         }
         let greatest = world.frames.iter().map(|frame| frame.points.len() as u64).max();
@@ -162,18 +172,11 @@ impl<'g> Scene<'g> {
 
     /// Group 0 of `common/lights_frame.wgsl`, one a frame, for a pipeline whose entry point uses
     /// all four bindings: parameters, points, radiance, counts.
-    ///
-    /// # Errors
-    /// A frame that there is not.
-    pub fn bind(
-        &self,
-        pipeline: &wgpu::ComputePipeline,
-        output: &Output,
-    ) -> Result<Vec<wgpu::BindGroup>, LightsError> {
+    pub fn bind(&self, pipeline: &wgpu::ComputePipeline, output: &Output) -> Vec<wgpu::BindGroup> {
         let one = |(points, params): &(wgpu::Buffer, wgpu::Buffer)| {
             self.gpu.bind(pipeline, 0, &[params, points, &output.radiance, &output.counts])
         };
-        Ok(self.frames.iter().map(one).collect())
+        self.frames.iter().map(one).collect()
     }
 
     /// Radiance of frame `frame`, which was the last that wrote to `output`.
