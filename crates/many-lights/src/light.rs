@@ -59,6 +59,16 @@ impl Emission {
         }
     }
 
+    /// The kind of that code; the angle is a spot's.
+    pub fn of(code: u32, half_angle_rad: f64) -> Self {
+        match code {
+            1 => Self::Oriented,
+            2 => Self::Spot { half_angle_rad },
+            3 => Self::Directional,
+            _ => Self::Omni,
+        }
+    }
+
     /// Where light stops, radians from the axis: π where it does not.
     pub fn half_angle_rad(&self) -> f64 {
         match self {

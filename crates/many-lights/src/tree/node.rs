@@ -97,7 +97,7 @@ impl LightTree {
             cone_rad: up(n.cone_rad),
             intensity: n.intensity.as_vec3(),
             size: n.size,
-            axis: n.axis.as_vec3(),
+            axis: n.axis.normalize_or(DVec3::Z).as_vec3(),
             half_angle_rad: up(n.half_angle_rad),
             min: -outwards(-n.min),
             light: n.light,

@@ -1,0 +1,59 @@
+//! The vector of a box that leans most towards an axis.
+
+use super::{ALONG_SLACK, SQUARE_SLACK};
+use crate::BoundForm;
+use glam::DVec3;
+
+/// No vector of the box makes a smaller angle with the axis than this one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Closest {
+    /// Along the axis.
+    along: f64,
+    /// Across it, squared.
+    across_squared: f64,
+}
+
+impl Closest {
+    /// Of the box `low ..= high` whose squared distance from 0 is `squared`; `axis` of unit length.
+    pub(super) fn of(form: BoundForm, axis: DVec3, low: DVec3, high: DVec3, squared: f64) -> Self {
+        let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let slack = ALONG_SLACK * low.abs().max(high.abs()).element_sum();
+        let along = axis.dot(centre) + axis.abs().dot(half) + slack;
+        // No vector is shorter than the box is far.
+        let by_distance = squared * (1.0 - SQUARE_SLACK) - along * along;
+        if form == BoundForm::Cheap {
+            if along <= 0.0 {
+                return Self { along: 0.0, across_squared: 1.0 };
+            }
+            return Self { along, across_squared: by_distance.max(0.0) };
+        }
+        let (u, v) = axis.any_orthonormal_pair();
+        let middle = DVec3::new(u.dot(centre), v.dot(centre), 0.0).abs();
+        let reach = DVec3::new(u.abs().dot(half), v.abs().dot(half), 0.0);
+        if along < 0.0 {
+            let farthest = middle + reach + slack;
+            return Self { along, across_squared: farthest.truncate().length_squared() };
+        }
+        let nearest = (middle - reach - slack).max(DVec3::ZERO);
+        Self { along, across_squared: nearest.length_squared().max(by_distance) }
+    }
+
+    /// The greatest cosine.
+    pub(super) fn cosine(self) -> f64 {
+        let squared = self.along * self.along + self.across_squared;
+        if self.across_squared <= 0.0 || squared < NOWHERE {
+            1.0
+        } else {
+            self.along / squared.sqrt()
+        }
+    }
+
+    /// The smallest angle, radians.
+    pub(super) fn angle(self) -> f64 {
+        let squared = self.along * self.along + self.across_squared;
+        if squared < NOWHERE { 0.0 } else { self.across_squared.max(0.0).sqrt().atan2(self.along) }
+    }
+}
+
+/// Squared lengths below this have no direction: f32 would lose them.
+pub(super) const NOWHERE: f64 = 1e-30;
