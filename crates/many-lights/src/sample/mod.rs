@@ -1,5 +1,6 @@
 //! Lights drawn by chance.
 
 mod random;
+pub mod statistics;
 
 pub use random::{Random, hash};
