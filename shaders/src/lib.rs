@@ -28,6 +28,7 @@ pub const FILES: &[(&str, &str)] = files![
     "foliage/workgroup_per_cell.wgsl",
     "common/moments.wgsl",
     "common/hash.wgsl",
+    "common/lights.wgsl",
     "common/occlusion_cull.wgsl",
     "common/occlusion_scene.wgsl",
     "common/occlusion_view.wgsl",

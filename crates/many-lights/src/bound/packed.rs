@@ -47,7 +47,8 @@ pub struct PackedRegion {
 
 /// The square that squared distances are not below.
 pub fn clamp_squared(clamp_m: f64) -> f32 {
-    (clamp_m * clamp_m) as f32
+    let clamp_m = clamp_m as f32;
+    clamp_m * clamp_m
 }
 
 /// Share of the intensity that leaves at the angle between `axis` and `away`, both of unit length.
@@ -235,5 +236,40 @@ impl PackedRegion {
             }
         }
         Some(region)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mirror<T>(name: &str, fields: &[(&str, u32)]) {
+        let source = dapple_shaders::source("common/lights.wgsl").unwrap();
+        let layout = dapple_shaders::struct_layout(&source, name).unwrap();
+        let names: Vec<_> = layout.fields.iter().map(|f| (f.0.as_str(), f.1)).collect();
+        assert_eq!(names, fields);
+        assert_eq!(layout.size as usize, size_of::<T>());
+    }
+
+    macro_rules! at {
+        ($type:ty: $($field:ident as $name:literal),* $(,)?) => {
+            &[$(($name, std::mem::offset_of!($type, $field) as u32)),*]
+        };
+    }
+
+    #[test]
+    fn structs_lie_as_on_the_device() {
+        let node = at!(PackedNode: position as "position", cone_rad as "cone_rad",
+            intensity as "intensity", size as "size", axis as "axis",
+            half_angle_rad as "half_angle_rad", min as "low", light as "light", max as "high",
+            kind as "kind");
+        mirror::<PackedNode>("LightNode", node);
+        let point = at!(Point: position as "position", object as "object", normal as "normal",
+            pad as "pad", albedo as "albedo", pad_behind as "pad_behind");
+        mirror::<Point>("Point", point);
+        let region = at!(PackedRegion: min as "low", normal_spread_rad as "normal_spread_rad",
+            max as "high", pad as "pad", normal_axis as "normal_axis",
+            pad_behind as "pad_behind", albedo as "albedo", pad_last as "pad_last");
+        mirror::<PackedRegion>("Region", region);
     }
 }
