@@ -1,6 +1,6 @@
 //! Techniques made ready in one of three forms.
 
-use crate::{LightTree, LightsError, Technique, Work, World};
+use crate::{LightTree, LightsError, Technique, Work, World, cut};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -27,6 +27,25 @@ pub struct Shaded {
     pub work: Work,
     /// Nodes visited by pixel; empty where it was not counted, or no tree is walked.
     pub visits: Vec<u32>,
+}
+
+impl Shaded {
+    /// An empty image of so many pixels, with visits by pixel where they are counted. Allocates only
+    /// where it is larger than any before.
+    pub fn clear(&mut self, pixels: usize, visits: bool) {
+        self.radiance.clear();
+        self.radiance.resize(pixels, Vec3::ZERO);
+        self.visits.clear();
+        self.visits.resize(if visits { pixels } else { 0 }, 0);
+        self.work = Work::default();
+    }
+
+    /// Becomes the same as another, in the memory it has.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.radiance.clone_from(&other.radiance);
+        self.visits.clone_from(&other.visits);
+        self.work = other.work;
+    }
 }
 
 /// A technique that lights the frames of a world, in order from a reset.
@@ -66,6 +85,12 @@ pub fn make<'g>(
     scene: Option<&Arc<crate::gpu::Scene<'g>>>,
 ) -> Result<Box<dyn Lighting + 'g>, LightsError> {
     technique.check()?;
-    let _ = (world, tree, scene);
-    Err(LightsError::value(format!("{technique:?}"), format!("has no {form:?} form")))
+    let _ = scene;
+    match (form, technique) {
+        (
+            Form::Reference,
+            Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
+        ) => Ok(Box::new(cut::Reference::new(cut::Given::new(technique, world, tree)?))),
+        _ => Err(LightsError::value(format!("{technique:?}"), format!("has no {form:?} form"))),
+    }
 }

@@ -88,6 +88,17 @@ impl World {
         Ok(())
     }
 
+    /// Frame `index`.
+    ///
+    /// # Errors
+    /// [`LightsError::Value`] that names the frame: there is none.
+    pub fn frame(&self, index: usize) -> Result<&Frame, LightsError> {
+        self.frames.get(index).ok_or_else(|| {
+            let limit = format!("there are {}", self.frames.len());
+            LightsError::value(format!("frame {index}"), limit)
+        })
+    }
+
     /// Whether nothing lies between a point and a light. Rays start off the surface by the tracer's
     /// rounding, towards the side the normal shows, and end as far before the light.
     pub fn sees(&self, point: &Point, light: &Light) -> bool {
