@@ -1,0 +1,316 @@
+//! Nodes of a tree whose shape is known.
+//!
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.1, Eq. 3.1
+//! (weighted representatives); B. Walter et al., "Lightcuts: a scalable approach to illumination",
+//! 2005, section 4 (random ones).
+//! Deviations: see [`super::Node`] for axes and cones.
+
+use super::{Node, Representative, shape::Place};
+use crate::{
+    Light,
+    light::{Emission, angle, luminance},
+    sample::{Random, hash},
+};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Subtrees of so many nodes are one piece of parallel work.
+const PIECE: u32 = 4096;
+
+/// Mean axes shorter than this cancel.
+pub(super) const CANCELS: f64 = 1e-6;
+
+/// What is known of a cluster beside its node while a tree is fitted.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Mean {
+    /// Position, weighted by luminance.
+    pub position: DVec3,
+    /// Axis, likewise; shorter than 1 where axes differ.
+    pub axis: DVec3,
+    /// Luminance.
+    pub weight: f64,
+    /// Lights.
+    pub count: f64,
+}
+
+impl Mean {
+    fn of(light: &Light) -> Self {
+        let axis = light.axis.normalize_or_zero();
+        Self { position: light.position, axis, weight: light.luminance(), count: 1.0 }
+    }
+
+    /// The mean of means: by weight, or by number where there is no weight.
+    pub fn over(parts: impl Iterator<Item = Self> + Clone) -> Self {
+        let (weight, count) = parts
+            .clone()
+            .fold((0.0, 0.0), |(weight, count), part| (weight + part.weight, count + part.count));
+        let mut all = Self { weight, count, ..Self::default() };
+        for part in parts {
+            let share = if weight > 0.0 { part.weight / weight } else { part.count / count };
+            all.position += part.position * share;
+            all.axis += part.axis * share;
+        }
+        all
+    }
+}
+
+/// Children of a node, in order.
+pub(super) fn children(nodes: &[Node], index: usize) -> impl Iterator<Item = usize> + Clone {
+    let end = index + nodes[index].size as usize;
+    std::iter::successors((index + 1 < end).then_some(index + 1), move |&child| {
+        let next = child + nodes[child].size as usize;
+        (next < end).then_some(next)
+    })
+}
+
+/// All nodes of one kind's tree. `places` has at least one.
+pub(super) fn fit(lights: &[Light], places: &[Place], representative: Representative) -> Vec<Node> {
+    let mut nodes: Vec<Node> = places.par_iter().map(|place| empty(lights, place)).collect();
+    let mut means = vec![Mean::default(); nodes.len()];
+    sum_up(lights, &mut nodes, &mut means, representative);
+    turn(lights, places, &mut nodes, &means, representative);
+    nodes
+}
+
+/// A node that knows only its light or its size.
+fn empty(lights: &[Light], place: &Place) -> Node {
+    let size = place.size;
+    if place.is_leaf() {
+        return leaf(&lights[place.light as usize], place.light);
+    }
+    Node {
+        min: DVec3::ZERO,
+        max: DVec3::ZERO,
+        position: DVec3::ZERO,
+        intensity: DVec3::ZERO,
+        axis: DVec3::Y,
+        cone_rad: PI,
+        half_angle_rad: 0.0,
+        kind: 0,
+        size,
+        light: place.light,
+    }
+}
+
+/// The node of a single light.
+pub(super) fn leaf(light: &Light, index: u32) -> Node {
+    Node {
+        min: light.position,
+        max: light.position,
+        position: light.position,
+        intensity: light.intensity,
+        axis: light.axis,
+        cone_rad: 0.0,
+        half_angle_rad: light.emission.half_angle_rad(),
+        kind: light.emission.code(),
+        size: 1,
+        light: index,
+    }
+}
+
+/// Boxes, sums and means, from the leaves up; small subtrees side by side.
+fn sum_up(
+    lights: &[Light],
+    nodes: &mut [Node],
+    means: &mut [Mean],
+    representative: Representative,
+) {
+    let mut pieces = Vec::new();
+    let mut above = Vec::new();
+    {
+        let (mut nodes, mut means) = (&mut *nodes, &mut *means);
+        let mut offset = 0;
+        while let Some(node) = nodes.first() {
+            let piece = if node.size <= PIECE { node.size as usize } else { 1 };
+            if node.size > PIECE {
+                above.push(offset);
+            }
+            let (these_nodes, these_means);
+            (these_nodes, nodes) = nodes.split_at_mut(piece);
+            (these_means, means) = means.split_at_mut(piece);
+            if piece > 1 || these_nodes[0].is_leaf() {
+                pieces.push((offset, these_nodes, these_means));
+            }
+            offset += piece;
+        }
+        pieces.into_par_iter().for_each(|(offset, nodes, means)| {
+            for index in (0..nodes.len()).rev() {
+                sum_node(lights, nodes, means, index, offset, representative);
+            }
+        });
+    }
+    for index in above.into_iter().rev() {
+        sum_node(lights, nodes, means, index, 0, representative);
+    }
+}
+
+/// One node, its children being known. `offset` is the place of `nodes[0]` in the tree.
+fn sum_node(
+    lights: &[Light],
+    nodes: &mut [Node],
+    means: &mut [Mean],
+    index: usize,
+    offset: usize,
+    representative: Representative,
+) {
+    if nodes[index].is_leaf() {
+        means[index] = Mean::of(&lights[nodes[index].light as usize]);
+        return;
+    }
+    means[index] = Mean::over(children(nodes, index).map(|child| means[child]));
+    gather(nodes, index);
+    let node = &mut nodes[index];
+    node.position = means[index].position.clamp(node.min, node.max);
+    if let Representative::Random { seed } = representative {
+        let light = drawn(nodes, index, seed, offset + index);
+        stand_for(&mut nodes[index], lights, light);
+    }
+}
+
+/// Box, intensity, kind and half angle from the children.
+pub(super) fn gather(nodes: &mut [Node], index: usize) {
+    let mut node = nodes[index];
+    (node.min, node.max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    (node.intensity, node.half_angle_rad) = (DVec3::ZERO, 0.0);
+    for child in children(nodes, index) {
+        let child = &nodes[child];
+        (node.min, node.max) = (node.min.min(child.min), node.max.max(child.max));
+        node.intensity += child.intensity;
+        node.half_angle_rad = node.half_angle_rad.max(child.half_angle_rad);
+        node.kind = child.kind;
+    }
+    nodes[index] = node;
+}
+
+/// The light that stands for one of the children, drawn by luminance; all alike where all are dark.
+pub(super) fn drawn(nodes: &[Node], index: usize, seed: u64, number: usize) -> u32 {
+    let weight = |child: usize| luminance(nodes[child].intensity);
+    let total: f64 = children(nodes, index).map(weight).sum();
+    let count = children(nodes, index).count() as f64;
+    let mut random = Random::new(seed as u32, hash((seed >> 32) as u32), number as u32);
+    // 53 bits, so that no light is too dim to be drawn.
+    let bits = u64::from(random.bits()) << 32 | u64::from(random.bits());
+    let mut left = (bits >> 11) as f64 / (1_u64 << 53) as f64;
+    let mut last = index;
+    for child in children(nodes, index) {
+        let share = if total > 0.0 { weight(child) / total } else { 1.0 / count };
+        if share > 0.0 {
+            last = child;
+            if left < share {
+                break;
+            }
+            left -= share;
+        }
+    }
+    nodes[last].light
+}
+
+/// Makes a real light the representative. What is left is the cone.
+pub(super) fn stand_for(node: &mut Node, lights: &[Light], light: u32) {
+    let real = &lights[light as usize];
+    (node.light, node.position, node.axis) = (light, real.position, real.axis);
+}
+
+/// Lights of all leaves, in the tree's order.
+struct Leaves {
+    positions: Vec<DVec3>,
+    axes: Vec<DVec3>,
+    lights: Vec<u32>,
+}
+
+/// Axes, cones and the lights that stand for clusters, each over all lights below: a pass over the
+/// leaves for each level.
+fn turn(
+    lights: &[Light],
+    places: &[Place],
+    nodes: &mut [Node],
+    means: &[Mean],
+    representative: Representative,
+) {
+    let ids: Vec<u32> = places.iter().filter(|p| p.is_leaf()).map(|p| p.light).collect();
+    let of = |&id: &u32| &lights[id as usize];
+    let leaves = Leaves {
+        positions: ids.iter().map(|id| super::median::place_of(of(id))).collect(),
+        axes: ids.iter().map(|id| of(id).axis.normalize_or_zero()).collect(),
+        lights: ids,
+    };
+    let mut before = 0;
+    let first: Vec<u32> = places
+        .iter()
+        .map(|place| {
+            let first = before;
+            before += u32::from(place.is_leaf());
+            first
+        })
+        .chain([leaves.lights.len() as u32])
+        .collect();
+    nodes.par_iter_mut().enumerate().filter(|(_, node)| !node.is_leaf()).for_each(
+        |(index, node)| {
+            let below = first[index] as usize..first[index + node.size as usize] as usize;
+            let mean_axis = means[index].axis;
+            match representative {
+                Representative::Weighted => {
+                    node.axis = mean_axis.try_normalize().unwrap_or(DVec3::Y);
+                    // Parallel light is where its axis is.
+                    let directional = node.kind == Emission::Directional.code();
+                    let centre = if directional { mean_axis } else { node.position };
+                    node.light = leaves.nearest(below.clone(), centre);
+                }
+                Representative::Nearest => {
+                    let directional = node.kind == Emission::Directional.code();
+                    let centre = if directional { mean_axis } else { node.position };
+                    stand_for(node, lights, leaves.nearest(below.clone(), centre));
+                }
+                Representative::Random { .. } => {}
+            }
+            let cancels =
+                representative == Representative::Weighted && mean_axis.length() < CANCELS;
+            node.cone_rad =
+                cone(node, cancels, || leaves.widest(below, node.axis.normalize_or_zero()));
+        },
+    );
+}
+
+/// Half the opening of a cluster's cone. π is for axes that cancel, and for light to all sides, alone:
+/// there, estimates forget the direction.
+pub(super) fn cone(node: &Node, cancels: bool, widest: impl FnOnce() -> f64) -> f64 {
+    if cancels || node.kind == Emission::Omni.code() { PI } else { widest().min(PI.next_down()) }
+}
+
+impl Leaves {
+    /// The light nearest to a place, the first of several.
+    fn nearest(&self, below: std::ops::Range<usize>, centre: DVec3) -> u32 {
+        let mut best = (f64::INFINITY, u32::MAX);
+        for (position, &light) in self.positions[below.clone()].iter().zip(&self.lights[below]) {
+            let squared = position.distance_squared(centre);
+            if squared < best.0 || (squared == best.0 && light < best.1) {
+                best = (squared, light);
+            }
+        }
+        best.1
+    }
+
+    /// The greatest angle of an axis from `axis`, radians. Which one is widest is told by the chord to
+    /// the axis, or, beyond a right angle, to its opposite: each is exact where it is short.
+    fn widest(&self, below: std::ops::Range<usize>, axis: DVec3) -> f64 {
+        let axes = &self.axes[below];
+        let mut widest = (0.0, axis);
+        for &other in axes {
+            let chord = other.distance_squared(axis);
+            if chord > widest.0 {
+                widest = (chord, other);
+            }
+        }
+        if widest.0 > 2.0 {
+            let mut closest = f64::INFINITY;
+            for &other in axes {
+                let chord = other.distance_squared(-axis);
+                if chord < closest {
+                    (closest, widest.1) = (chord, other);
+                }
+            }
+        }
+        angle(axis, widest.1)
+    }
+}

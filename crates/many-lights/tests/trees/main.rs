@@ -1,0 +1,5 @@
+//! Light trees: shapes, sums, cones and what stands for clusters.
+
+mod properties;
+mod shapes;
+mod support;
