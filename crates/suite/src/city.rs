@@ -82,7 +82,7 @@ pub fn load(name: &str, seed: u64, parameters: &Knobs) -> Result<Loaded, SuiteEr
         }
     };
     if !matches!(case::source(name)?, Source::Generated(n) if generate::city_knobs(&n).is_some()) {
-        refuse_city_parameters(name, parameters)?;
+        refuse_parameters(name, parameters)?;
     }
     let mut parts = None;
     if let Some(city) = &city {
@@ -131,7 +131,11 @@ fn asked(mut knobs: city::Knobs, parameters: &Knobs) -> Result<city::Knobs, Suit
     Ok(knobs)
 }
 
-fn refuse_city_parameters(name: &str, parameters: &Knobs) -> Result<(), SuiteError> {
+/// Refuses the parameters of generated cities for a scene that is none.
+///
+/// # Errors
+/// [`SuiteError::Usage`] that names the parameter.
+pub fn refuse_parameters(name: &str, parameters: &Knobs) -> Result<(), SuiteError> {
     let asked = [
         ("blocks", parameters.int("blocks")? != 0),
         ("heights", parameters.word("heights")? != "scene"),

@@ -2,6 +2,7 @@
 
 use dapple_foliage::partition::PartitionError;
 use dapple_gpu::GpuError;
+use dapple_many_lights::LightsError;
 use dapple_occlusion::OcclusionError;
 use std::path::PathBuf;
 
@@ -73,6 +74,9 @@ pub enum SuiteError {
     /// Occlusion culling refused its settings or input, or its device failed.
     #[error(transparent)]
     Occlusion(#[from] OcclusionError),
+    /// Many lights refused their settings or input, or their device failed.
+    #[error(transparent)]
+    Lights(#[from] LightsError),
     /// The generator of cities refused its knobs.
     #[error(transparent)]
     City(#[from] dapple_scene::city::CityError),
@@ -113,7 +117,9 @@ impl SuiteError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Gpu(_) | Self::Record(_) | Self::Io { .. } | Self::Interrupted { .. } => 3,
-            Self::Internal(_) | Self::Occlusion(OcclusionError::Gpu(_)) => 3,
+            Self::Internal(_)
+            | Self::Occlusion(OcclusionError::Gpu(_))
+            | Self::Lights(LightsError::Gpu(_)) => 3,
             _ => 2,
         }
     }
@@ -123,7 +129,8 @@ impl SuiteError {
         match self {
             Self::Gpu(error)
             | Self::Partition(PartitionError::Gpu(error))
-            | Self::Occlusion(OcclusionError::Gpu(error)) => Some(error),
+            | Self::Occlusion(OcclusionError::Gpu(error))
+            | Self::Lights(LightsError::Gpu(error)) => Some(error),
             _ => None,
         }
     }

@@ -3,6 +3,7 @@
 use crate::{SuiteError, problem::Problem};
 
 pub mod camera_visibility;
+pub mod many_lights;
 pub mod partition_offsets;
 pub mod shadow_filtering;
 pub mod translucent_shadow;
@@ -13,6 +14,7 @@ pub const ALL: &[&dyn Problem] = &[
     &partition_offsets::PartitionOffsets,
     &translucent_shadow::TranslucentShadow,
     &camera_visibility::CameraVisibility,
+    &many_lights::ManyLights,
 ];
 
 /// The problem of that name.
