@@ -22,10 +22,11 @@
 mod alias;
 mod cpu;
 mod neighbours;
+mod packed;
 mod plan;
 mod reference;
 
-pub(crate) use alias::{Slot, Table};
+pub(crate) use alias::Table;
 pub(crate) use cpu::Cpu;
 pub(crate) use neighbours::Neighbours;
 pub(crate) use plan::{Plan, Stream, weights};

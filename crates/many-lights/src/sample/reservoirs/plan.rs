@@ -1,9 +1,6 @@
 //! Settings as all forms use them.
 
-use crate::{
-    Emission, Light, LightsError, Reservoirs,
-    sample::Random,
-};
+use crate::{Emission, Light, LightsError, Reservoirs, sample::Random};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 

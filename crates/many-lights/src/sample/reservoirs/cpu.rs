@@ -1,0 +1,315 @@
+//! Reservoirs in f32, rows of pixels in parallel; the device's kernels are the same, operation for
+//! operation.
+
+use super::{
+    Neighbours, Plan, Stream, Table,
+    packed::{PackedEye, Reservoir, leaf, target_of},
+    weights,
+};
+use crate::{
+    Light, Lighting, LightsError, Point, Reservoirs, Shaded, Times, Work, World, bound::packed,
+    gpu::PackedLight,
+};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// The form for processors.
+pub(crate) struct Cpu {
+    scene: Scene,
+    /// The frame that was lit last.
+    before: Option<usize>,
+    /// Its reservoirs; as many as the largest frame has pixels.
+    last: Vec<Reservoir>,
+    /// This frame's, before neighbours are merged.
+    now: Vec<Reservoir>,
+    radiance: Vec<Vec3>,
+    shown: usize,
+    work: Work,
+}
+
+/// What all pixels share.
+struct Scene {
+    world: Arc<World>,
+    plan: Plan,
+    table: Table,
+    lights: Vec<PackedLight>,
+    /// One a frame.
+    eyes: Vec<PackedEye>,
+    clamp_squared: f32,
+    seed: u32,
+}
+
+/// A reservoir that is merged, where it was drawn, and the number that decides for or against it.
+#[derive(Clone, Copy)]
+struct Other<'a> {
+    reservoir: Reservoir,
+    point: &'a Point,
+    unit: f32,
+}
+
+impl Scene {
+    #[inline]
+    fn radiance(&self, point: &Point, light: u32) -> Vec3 {
+        let node = leaf(&self.lights[light as usize], light);
+        packed::estimate(&node, point, self.clamp_squared)
+    }
+
+    #[inline]
+    fn target<const COUNT: bool>(&self, point: &Point, light: u32, work: &mut Work) -> f32 {
+        if COUNT {
+            work.lights += 1;
+        }
+        target_of(self.radiance(point, light))
+    }
+
+    #[inline]
+    fn sees<const COUNT: bool>(&self, point: &Point, light: u32, work: &mut Work) -> bool {
+        if self.world.occluders.is_none() {
+            return true;
+        }
+        if COUNT {
+            work.rays += 1;
+        }
+        self.world.sees(point, &self.world.lights[light as usize])
+    }
+
+    fn candidates<const COUNT: bool>(
+        &self,
+        point: &Point,
+        frame: usize,
+        pixel: usize,
+        work: &mut Work,
+    ) -> Reservoir {
+        let count = self.plan.candidates;
+        if self.table.slots.is_empty() {
+            return Reservoir::empty(count);
+        }
+        if COUNT {
+            work.samples += u64::from(count);
+        }
+        let mut random = Stream::Candidates.of(self.seed, frame, pixel);
+        let (mut sum, mut light, mut target) = (0.0, 0, 0.0);
+        for _ in 0..count {
+            let (drawn, inverse) = self.table.draw(&mut random);
+            let target_of_drawn = self.target::<COUNT>(point, drawn, work);
+            let weight = target_of_drawn * inverse;
+            sum += weight;
+            if random.unit() * sum < weight {
+                (light, target) = (drawn, target_of_drawn);
+            }
+        }
+        if target == 0.0 || !self.sees::<COUNT>(point, light, work) {
+            return Reservoir::empty(count);
+        }
+        Reservoir::of(light, count, sum / (target * count as f32))
+    }
+
+    /// As the reference's.
+    fn merge<'a, const COUNT: bool>(
+        &self,
+        point: &Point,
+        own: Reservoir,
+        others: impl Iterator<Item = Other<'a>> + Clone,
+        work: &mut Work,
+    ) -> Reservoir {
+        let mut count = own.count;
+        let (mut sum, mut light, mut target, mut from) = (0.0, 0, 0.0, usize::MAX);
+        if own.weight > 0.0 {
+            (light, target) = (own.light, self.target::<COUNT>(point, own.light, work));
+            sum = target * own.weight * own.count as f32;
+        }
+        for (which, Other { reservoir, unit, .. }) in others.clone().enumerate() {
+            if COUNT {
+                work.reused += 1;
+            }
+            count += reservoir.count;
+            if reservoir.weight == 0.0 {
+                continue;
+            }
+            let target_here = self.target::<COUNT>(point, reservoir.light, work);
+            let weight = target_here * reservoir.weight * reservoir.count as f32;
+            sum += weight;
+            if unit * sum < weight {
+                (light, target, from) = (reservoir.light, target_here, which);
+            }
+        }
+        if target == 0.0 || (from != usize::MAX && !self.sees::<COUNT>(point, light, work)) {
+            return Reservoir::empty(count);
+        }
+        if self.plan.unbiased == 0 {
+            return Reservoir::of(light, count, sum / (target * count as f32));
+        }
+        let (mut did, mut could) = (target, own.count as f32 * target);
+        for (which, Other { reservoir, point: there, .. }) in others.enumerate() {
+            let target_there = self.target::<COUNT>(there, light, work);
+            if from == which {
+                did = target_there;
+            } else if target_there == 0.0 || !self.sees::<COUNT>(there, light, work) {
+                continue;
+            }
+            could += reservoir.count as f32 * target_there;
+        }
+        Reservoir::of(light, count, sum / target * (did / could))
+    }
+
+    /// The reservoir of the frame before where the surface was.
+    fn history<'a>(
+        &'a self,
+        before: Option<usize>,
+        last: &[Reservoir],
+        point: &Point,
+    ) -> Option<(Reservoir, &'a Point)> {
+        let before = before.filter(|_| self.plan.history > 0)?;
+        let eye = &self.eyes[before];
+        let at = eye.pixel_of(point)?;
+        let there = &self.world.frames[before].points[at];
+        let reservoir = last[at];
+        if !eye.is_alike(point, there) || !reservoir.is_sound(self.lights.len()) {
+            return None;
+        }
+        let count = reservoir.count.min(self.plan.history);
+        Some((Reservoir { count, ..reservoir }, there))
+    }
+
+    /// This frame's candidates merged with the frame before.
+    fn over_time<const COUNT: bool>(
+        &self,
+        before: Option<usize>,
+        last: &[Reservoir],
+        frame: usize,
+        pixel: usize,
+        work: &mut Work,
+    ) -> Reservoir {
+        let point = &self.world.frames[frame].points[pixel];
+        if !point.is_there() {
+            return Reservoir::empty(0);
+        }
+        if COUNT {
+            work.pixels += 1;
+        }
+        let own = self.candidates::<COUNT>(point, frame, pixel, work);
+        let Some((reservoir, there)) = self.history(before, last, point) else { return own };
+        let unit = Stream::Temporal.of(self.seed, frame, pixel).unit();
+        let other = Other { reservoir, point: there, unit };
+        self.merge::<COUNT>(point, own, std::iter::once(other), work)
+    }
+
+    /// A pixel's reservoir merged with those of its neighbours.
+    fn over_space<const COUNT: bool>(
+        &self,
+        now: &[Reservoir],
+        frame: usize,
+        pixel: usize,
+        work: &mut Work,
+    ) -> Reservoir {
+        let (points, eye) = (&self.world.frames[frame].points, &self.eyes[frame]);
+        let point = &points[pixel];
+        if !point.is_there() {
+            return Reservoir::empty(0);
+        }
+        let random = Stream::Spatial.of(self.seed, frame, pixel);
+        let others = Neighbours::new(&self.plan, random, [eye.width, eye.height], pixel)
+            .filter(|(at, _)| eye.is_alike(point, &points[*at]))
+            .filter(|(at, _)| now[*at].is_sound(self.lights.len()))
+            .map(|(at, unit)| Other { reservoir: now[at], point: &points[at], unit });
+        if others.clone().next().is_none() {
+            return now[pixel];
+        }
+        self.merge::<COUNT>(point, now[pixel], others, work)
+    }
+}
+
+impl Cpu {
+    pub fn new(settings: &Reservoirs, world: &Arc<World>) -> Result<Self, LightsError> {
+        let pixels = world.frames.iter().map(|frame| frame.points.len()).max().unwrap_or(0);
+        let eye = |frame: &crate::Frame| PackedEye::new(&frame.eye, [frame.width, frame.height]);
+        let scene = Scene {
+            world: Arc::clone(world),
+            plan: Plan::new(settings)?,
+            table: Table::new(&weights(&world.lights))?,
+            lights: world.lights.iter().map(Light::pack).collect(),
+            eyes: world.frames.iter().map(eye).collect(),
+            clamp_squared: packed::clamp_squared(world.clamp_m),
+            seed: 0,
+        };
+        Ok(Self {
+            scene,
+            before: None,
+            last: vec![Reservoir::empty(0); pixels],
+            now: vec![Reservoir::empty(0); pixels],
+            radiance: vec![Vec3::ZERO; pixels],
+            shown: 0,
+            work: Work::default(),
+        })
+    }
+
+    fn light<const COUNT: bool>(&mut self, index: usize) -> Work {
+        let (scene, before, last) = (&self.scene, self.before, &self.last);
+        let frame = &scene.world.frames[index];
+        let (width, pixels) = (frame.width.max(1) as usize, frame.points.len());
+        let rows = self.now[..pixels].par_chunks_mut(width).enumerate();
+        let mut work = rows
+            .map(|(row, now)| {
+                let mut work = Work::default();
+                for (pixel, now) in (row * width..).zip(now) {
+                    *now = scene.over_time::<COUNT>(before, last, index, pixel, &mut work);
+                }
+                work
+            })
+            .reduce(Work::default, joined);
+        let now = &self.now;
+        let rows = self.last[..pixels].par_chunks_mut(width);
+        let rows = rows.zip(self.radiance[..pixels].par_chunks_mut(width)).enumerate();
+        work += rows
+            .map(|(row, (last, radiance))| {
+                let mut work = Work::default();
+                for ((pixel, last), rgb) in (row * width..).zip(last).zip(radiance) {
+                    *last = scene.over_space::<COUNT>(now, index, pixel, &mut work);
+                    *rgb = if last.weight > 0.0 {
+                        scene.radiance(&frame.points[pixel], last.light) * last.weight
+                    } else {
+                        Vec3::ZERO
+                    };
+                }
+                work
+            })
+            .reduce(Work::default, joined);
+        work
+    }
+}
+
+fn joined(mut one: Work, other: Work) -> Work {
+    one += other;
+    one
+}
+
+impl Lighting for Cpu {
+    fn reset(&mut self, seed: u32) -> Result<(), LightsError> {
+        self.scene.seed = seed;
+        self.before = None;
+        Ok(())
+    }
+
+    fn shade(&mut self, index: usize, count: bool) -> Result<Times, LightsError> {
+        let pixels = self.scene.world.frame(index)?.points.len();
+        self.work = if count { self.light::<true>(index) } else { self.light::<false>(index) };
+        self.before = Some(index);
+        self.shown = pixels;
+        Ok(Times::new())
+    }
+
+    fn read(&mut self, shaded: &mut Shaded) -> Result<(), LightsError> {
+        shaded.radiance.clear();
+        shaded.radiance.extend_from_slice(&self.radiance[..self.shown]);
+        shaded.work = self.work;
+        shaded.visits.clear();
+        Ok(())
+    }
+
+    fn bytes(&self) -> u64 {
+        let state = size_of_val(&self.last[..]) + size_of_val(&self.now[..]);
+        let lights = size_of_val(&self.scene.lights[..]) + size_of_val(&self.scene.eyes[..]);
+        (state + lights) as u64 + self.scene.table.bytes()
+    }
+}
