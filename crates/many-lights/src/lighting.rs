@@ -1,6 +1,6 @@
 //! Techniques made ready in one of three forms.
 
-use crate::{LightTree, LightsError, Technique, Work, World, cut};
+use crate::{LightTree, LightsError, Technique, Work, World, cut, sample::reservoirs};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -91,6 +91,12 @@ pub fn make<'g>(
             Form::Reference,
             Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
         ) => Ok(Box::new(cut::Reference::new(cut::Given::new(technique, world, tree)?))),
+        (Form::Reference, Technique::Reservoirs(settings)) => {
+            Ok(Box::new(reservoirs::Reference::new(settings, world)?))
+        }
+        (Form::Cpu, Technique::Reservoirs(settings)) => {
+            Ok(Box::new(reservoirs::Cpu::new(settings, world)?))
+        }
         _ => Err(LightsError::value(format!("{technique:?}"), format!("has no {form:?} form"))),
     }
 }

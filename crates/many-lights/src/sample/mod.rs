@@ -1,6 +1,7 @@
 //! Lights drawn by chance.
 
 mod random;
+pub mod reservoirs;
 pub mod statistics;
 
 pub use random::{Random, hash};
