@@ -5,6 +5,7 @@
 //! here knows that it is measured: counting is asked for where it is wanted.
 
 pub mod bound;
+pub mod clustered;
 pub mod cut;
 mod error;
 mod exact;

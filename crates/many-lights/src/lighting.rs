@@ -1,6 +1,6 @@
 //! Techniques made ready in one of three forms.
 
-use crate::{LightTree, LightsError, Technique, Work, World, cut, sample::reservoirs};
+use crate::{gpu, LightTree, LightsError, Technique, Work, World, cut, sample::reservoirs};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -85,8 +85,12 @@ pub fn make<'g>(
     scene: Option<&Arc<crate::gpu::Scene<'g>>>,
 ) -> Result<Box<dyn Lighting + 'g>, LightsError> {
     technique.check()?;
-    let _ = scene;
     match (form, technique) {
+        (Form::Gpu, Technique::BruteForce) => gpu::brute_force(gpu::scene_of(scene, world)?),
+        (
+            Form::Gpu,
+            Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
+        ) => gpu::cut(gpu::scene_of(scene, world)?, &cut::Given::new(technique, world, tree)?),
         (
             Form::Reference,
             Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
@@ -96,6 +100,16 @@ pub fn make<'g>(
         }
         (Form::Cpu, Technique::Reservoirs(settings)) => {
             Ok(Box::new(reservoirs::Cpu::new(settings, world)?))
+        }
+        (
+            Form::Reference | Form::Cpu,
+            Technique::LightBvh(_) | Technique::StochasticLightcuts(_),
+        ) => crate::sample::make(form, technique, world, tree),
+        (Form::Reference, Technique::Clustered(settings)) => {
+            Ok(Box::new(crate::clustered::Reference::new(world, settings)?))
+        }
+        (Form::Cpu, Technique::Clustered(settings)) => {
+            Ok(Box::new(crate::clustered::Cpu::new(world, settings)?))
         }
         _ => Err(LightsError::value(format!("{technique:?}"), format!("has no {form:?} form"))),
     }
