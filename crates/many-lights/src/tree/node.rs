@@ -2,12 +2,16 @@
 //!
 //! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.1, Table 3.I.
 //! Deviations: the thesis leaves direction and cone of a cluster open: here the axis is the
-//! normalised sum of luminance times axis over the lights, and the cone holds every light's axis.
+//! normalised sum of luminance times axis over the lights (over all alike where none gives light), and
+//! the cone holds every light's axis.
 //! Lights of different kinds of emission never share a node, so that a bound is that of one kind:
 //! a tree is a few trees, one a kind, their roots listed.
 
+use crate::light::angle;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// A light or a cluster of lights of one kind. Local space, f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,10 +24,12 @@ pub struct Node {
     pub position: DVec3,
     /// Sum of the lights' intensities.
     pub intensity: DVec3,
-    /// Axis of the cone of axes, unit length (any for omni).
+    /// Axis of the cone of axes, unit length (any for omni); the light's own where a real light is the
+    /// representative.
     pub axis: DVec3,
-    /// Half the cone's opening, radians: every light's axis lies within. 0 for a leaf, π where axes
-    /// cancel (the sum is below 1e-6 of what it would be if all agreed).
+    /// Half the cone's opening, radians: every light's axis lies within. 0 for a leaf; π for clusters
+    /// of omni lights and where axes cancel (the sum is below 1e-6 of what it would be if all
+    /// agreed), and nowhere else.
     pub cone_rad: f64,
     /// The greatest of the lights' half angles, radians ([`crate::Emission::half_angle_rad`]).
     pub half_angle_rad: f64,
@@ -32,7 +38,8 @@ pub struct Node {
     /// Nodes of the subtree, this one included: 1 for a leaf.
     pub size: u32,
     /// The light of a leaf; of a cluster the light that stands for it where one has to be real (a
-    /// shadow ray): one of its own, the nearest to the representative's position.
+    /// shadow ray): the representative, or, where that is a mean, the nearest of its own to it (of
+    /// parallel light the one nearest to the mean axis).
     pub light: u32,
 }
 
@@ -53,7 +60,8 @@ pub struct LightTree {
 pub struct PackedNode {
     /// Representative's position.
     pub position: Vec3,
-    /// Half the opening of the cone of axes, radians, rounded up.
+    /// Half the opening of the cone of axes, radians, rounded up, of a cluster also widened by
+    /// what the axis turned when it was rounded; the f32 next to π where axes cancel alone.
     pub cone_rad: f32,
     /// Summed intensity.
     pub intensity: Vec3,
@@ -89,22 +97,57 @@ impl Node {
     }
 }
 
+impl PackedNode {
+    /// The same numbers in f64.
+    pub fn unpack(&self) -> Node {
+        Node {
+            min: self.min.as_dvec3(),
+            max: self.max.as_dvec3(),
+            position: self.position.as_dvec3(),
+            intensity: self.intensity.as_dvec3(),
+            axis: self.axis.as_dvec3(),
+            cone_rad: f64::from(self.cone_rad),
+            half_angle_rad: f64::from(self.half_angle_rad),
+            kind: self.kind,
+            size: self.size,
+            light: self.light,
+        }
+    }
+}
+
 impl LightTree {
     /// The tree in f32: boxes and cones are rounded outwards, so that they still hold what they held.
     pub fn pack(&self) -> PackedTree {
-        let node = |n: &Node| PackedNode {
-            position: n.position.as_vec3(),
-            cone_rad: up(n.cone_rad),
-            intensity: n.intensity.as_vec3(),
-            size: n.size,
-            axis: n.axis.normalize_or(DVec3::Z).as_vec3(),
-            half_angle_rad: up(n.half_angle_rad),
-            min: -outwards(-n.min),
-            light: n.light,
-            max: outwards(n.max),
-            kind: n.kind,
-        };
-        PackedTree { nodes: self.nodes.iter().map(node).collect(), roots: self.roots.clone() }
+        let nodes = self.nodes.par_iter().map(Node::pack).collect();
+        PackedTree { nodes, roots: self.roots.clone() }
+    }
+}
+
+impl Node {
+    /// The node in f32, as in [`LightTree::pack`].
+    pub fn pack(&self) -> PackedNode {
+        let axis = self.axis.normalize_or(DVec3::Z).as_vec3();
+        PackedNode {
+            position: self.position.as_vec3(),
+            cone_rad: self.packed_cone(axis),
+            intensity: self.intensity.as_vec3(),
+            size: self.size,
+            axis,
+            half_angle_rad: up(self.half_angle_rad),
+            min: -outwards(-self.min),
+            light: self.light,
+            max: outwards(self.max),
+            kind: self.kind,
+        }
+    }
+
+    fn packed_cone(&self, axis: Vec3) -> f32 {
+        if self.is_leaf() || self.cone_rad >= PI {
+            return up(self.cone_rad);
+        }
+        // The f32 next to π is above it: below that, axes do not cancel.
+        let widened = self.cone_rad + angle(self.axis, axis.as_dvec3());
+        up(widened).min(std::f32::consts::PI.next_down())
     }
 }
 

@@ -22,3 +22,26 @@ impl Place {
         self.size == 1
     }
 }
+
+/// Two clusters that become one. Lights come first, then clusters in the order of their making.
+pub(super) type Merge = [u32; 2];
+
+/// The binary tree that joins make, the last being its root. `ids` are the lights by number.
+pub(super) fn from_merges(ids: &[u32], merges: &[Merge]) -> Vec<Place> {
+    let mut sizes = vec![1_u32; ids.len() + merges.len()];
+    for (i, &[a, b]) in merges.iter().enumerate() {
+        sizes[ids.len() + i] = sizes[a as usize] + sizes[b as usize] + 1;
+    }
+    let mut places = Vec::with_capacity(sizes.len());
+    let mut open = vec![sizes.len() - 1];
+    while let Some(cluster) = open.pop() {
+        if let Some(&id) = ids.get(cluster) {
+            places.push(Place::leaf(id));
+        } else {
+            places.push(Place::cluster(sizes[cluster]));
+            let [a, b] = merges[cluster - ids.len()];
+            open.extend([b as usize, a as usize]);
+        }
+    }
+    places
+}

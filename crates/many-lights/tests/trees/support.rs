@@ -14,7 +14,14 @@ pub const REPRESENTATIVES: [Representative; 3] =
 
 /// All ways to cluster, with and without weight for directions.
 pub fn builds(keys: &[Vec<u32>]) -> Vec<Build<'_>> {
-    vec![Build::Median, Build::Keys(keys)]
+    vec![
+        Build::Greedy { spread: 1.0 },
+        Build::Greedy { spread: 0.0 },
+        Build::LocallyOrdered { spread: 1.0 },
+        Build::Original { spread: 3.0 },
+        Build::Median,
+        Build::Keys(keys),
+    ]
 }
 
 pub fn omni(position: DVec3, intensity: f64) -> Light {
