@@ -15,12 +15,20 @@ pub(super) struct Closest {
 
 impl Closest {
     /// Of the box `low ..= high` whose squared distance from 0 is `squared`; `axis` of unit length.
-    pub(super) fn of(form: BoundForm, axis: DVec3, low: DVec3, high: DVec3, squared: f64) -> Self {
+    /// `share` of the slack is given.
+    pub(super) fn of(
+        form: BoundForm,
+        axis: DVec3,
+        low: DVec3,
+        high: DVec3,
+        squared: f64,
+        share: f64,
+    ) -> Self {
         let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
-        let slack = ALONG_SLACK * low.abs().max(high.abs()).element_sum();
+        let slack = share * ALONG_SLACK * low.abs().max(high.abs()).element_sum();
         let along = axis.dot(centre) + axis.abs().dot(half) + slack;
         // No vector is shorter than the box is far.
-        let by_distance = squared * (1.0 - SQUARE_SLACK) - along * along;
+        let by_distance = squared * (1.0 - share * SQUARE_SLACK) - along * along;
         if form == BoundForm::Cheap {
             if along <= 0.0 {
                 return Self { along: 0.0, across_squared: 1.0 };

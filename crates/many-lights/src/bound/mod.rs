@@ -21,7 +21,7 @@ mod region;
 
 pub use region::Region;
 
-use crate::{BoundForm, Emission, Light, Node, Point, light::angle, radiance};
+use crate::{BoundForm, Emission, Light, Node, PackedNode, Point, light::angle, radiance};
 use closest::Closest;
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
@@ -60,19 +60,43 @@ pub fn point(form: BoundForm, node: &Node, point: &Point, clamp_m: f64) -> f64 {
 
 /// The most that any channel can get from the cluster at any point of a region.
 pub fn region(form: BoundForm, node: &Node, region: &Region, clamp_m: f64) -> f64 {
-    let greatest = GUARD * FRAC_1_PI * (region.albedo * node.intensity).max_element();
+    slackened(form, node, region, clamp_m, 1.0)
+}
+
+/// Between what the f32 bound lies, on processors and devices, when the f64 one is that of `node` and
+/// `packed` is the same in f32: decisions may differ where a threshold lies between, and only there.
+/// Boxes that are rounded outwards are what widens it most.
+pub fn band(
+    form: BoundForm,
+    node: &Node,
+    packed: &PackedNode,
+    region: &Region,
+    clamp_m: f64,
+) -> (f64, f64) {
+    let packed = packed.unpack();
+    let least = |node: &Node| slackened(form, node, region, clamp_m, 0.0);
+    (least(node).min(least(&packed)), slackened(form, &packed, region, clamp_m, 2.0))
+}
+
+/// The bound with `share` of every slack: f32's roundings stay within one, so that its bound, which
+/// has one of its own, lies between those with none and with two.
+fn slackened(form: BoundForm, node: &Node, region: &Region, clamp_m: f64, share: f64) -> f64 {
+    let guard = 1.0 + share * (GUARD - 1.0);
+    let angle_slack = share * ANGLE_SLACK_RAD;
+    let greatest = guard * FRAC_1_PI * (region.albedo * node.intensity).max_element();
     if node.kind == Emission::Directional.code() {
         let between = angle(region.normal_axis, -node.axis);
-        return greatest * cosine_within(between - region.normal_spread_rad - node.cone_rad);
+        let least = between - region.normal_spread_rad - node.cone_rad;
+        return greatest * cosine_or_none(least - angle_slack);
     }
     // All vectors from the region into the cluster's box.
     let (low, high) = (node.min - region.max, node.max - region.min);
     let squared = low.max(-high).max(DVec3::ZERO).length_squared();
-    let to_normal = Closest::of(form, region.normal_axis, low, high, squared);
+    let to_normal = Closest::of(form, region.normal_axis, low, high, squared, share);
     let cosine = if region.normal_spread_rad == 0.0 {
         to_normal.cosine().max(0.0)
     } else {
-        cosine_within(to_normal.angle() - region.normal_spread_rad)
+        cosine_or_none(to_normal.angle() - region.normal_spread_rad - angle_slack)
     };
     if cosine == 0.0 {
         return 0.0;
@@ -82,14 +106,13 @@ pub fn region(form: BoundForm, node: &Node, region: &Region, clamp_m: f64) -> f6
         1.0
     } else {
         let axis = node.axis.normalize_or(DVec3::Z);
-        let to_axis = Closest::of(form, axis, -high, -low, squared);
-        emission.falloff((to_axis.angle() - node.cone_rad - ANGLE_SLACK_RAD).max(0.0))
+        let to_axis = Closest::of(form, axis, -high, -low, squared, share);
+        emission.falloff((to_axis.angle() - node.cone_rad - angle_slack).max(0.0))
     };
     greatest * cosine * falloff / squared.max(clamp_m * clamp_m)
 }
 
-/// The cosine of a smallest angle, at least 0; 1 for angles that are taken below 0.
-fn cosine_within(angle_rad: f64) -> f64 {
-    let least = (angle_rad - ANGLE_SLACK_RAD).max(0.0);
-    if least >= 0.5 * PI { 0.0 } else { least.cos() }
+/// The cosine of a smallest angle: 1 below 0, and 0 from π/2 on.
+fn cosine_or_none(angle_rad: f64) -> f64 {
+    if angle_rad >= 0.5 * PI { 0.0 } else { angle_rad.max(0.0).cos() }
 }
