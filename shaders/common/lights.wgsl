@@ -108,7 +108,7 @@ fn falloff(kind: u32, half_angle_rad: f32, axis: vec3<f32>, away: vec3<f32>) -> 
 }
 
 // What the cluster gives by its representative; of a leaf, its light's radiance.
-fn estimate(node: LightNode, point: Point, clamp_m: f32) -> vec3<f32> {
+fn estimate(node: LightNode, point: Point, clamp_squared: f32) -> vec3<f32> {
     let greatest = point.albedo * node.intensity * OVER_PI;
     if node.kind == KIND_DIRECTIONAL {
         return greatest * max(-dot(point.normal, node.axis), 0.0);
@@ -125,7 +125,7 @@ fn estimate(node: LightNode, point: Point, clamp_m: f32) -> vec3<f32> {
     }
     let kind = select(node.kind, KIND_OMNI, node.cone_rad >= WHOLE_CONE);
     let share = falloff(kind, node.half_angle_rad, node.axis, -direction);
-    return greatest * (cosine * share / max(squared, clamp_m * clamp_m));
+    return greatest * (cosine * share / max(squared, clamp_squared));
 }
 
 // No vector of a box leans more towards an axis than `x` along and the root of `y` across it.
@@ -143,7 +143,7 @@ fn closest(
     let along = dot(axis, centre) + dot(abs(axis), reach) + slack;
     let by_distance = squared * (1.0 - SQUARE_SLACK) - along * along;
     if form == FORM_CHEAP {
-        if along <= 0.0 {
+        if along < 0.0 {
             return vec2(0.0, 1.0);
         }
         return vec2(along, max(by_distance, 0.0));
@@ -190,7 +190,7 @@ fn cosine_within(angle_rad: f32) -> f32 {
 }
 
 // The most that any channel can get from the cluster at any point of a region.
-fn bound_region(form: u32, node: LightNode, region: Region, clamp_m: f32) -> f32 {
+fn bound_region(form: u32, node: LightNode, region: Region, clamp_squared: f32) -> f32 {
     let rgb = region.albedo * node.intensity;
     let greatest = GUARD * OVER_PI * max(rgb.x, max(rgb.y, rgb.z));
     if node.kind == KIND_DIRECTIONAL {
@@ -221,13 +221,13 @@ fn bound_region(form: u32, node: LightNode, region: Region, clamp_m: f32) -> f32
             share = max(1.0 - least / node.half_angle_rad, 0.0);
         }
     }
-    return greatest * (cosine * share / max(squared, clamp_m * clamp_m));
+    return greatest * (cosine * share / max(squared, clamp_squared));
 }
 
 // The most that any channel can get from the cluster at a point.
-fn bound_point(form: u32, node: LightNode, point: Point, clamp_m: f32) -> f32 {
+fn bound_point(form: u32, node: LightNode, point: Point, clamp_squared: f32) -> f32 {
     let region = Region(
         point.position, 0.0, point.position, 0u, point.normal, 0u, point.albedo, 0u,
     );
-    return bound_region(form, node, region, clamp_m);
+    return bound_region(form, node, region, clamp_squared);
 }

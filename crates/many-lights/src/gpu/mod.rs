@@ -1,7 +1,44 @@
 //! The same techniques on a device: WGSL kernels, one thread a pixel, one workgroup a tile.
 
+mod brute;
+mod cut;
+mod kernel;
+mod lightcuts;
 mod scene;
 mod tree;
 
 pub use scene::{FrameParams, Output, PackedLight, Scene, TILE};
 pub use tree::Tree;
+
+pub(crate) use brute::brute_force;
+pub(crate) use cut::cut;
+
+use crate::{LightsError, World};
+use std::sync::Arc;
+
+/// The scene that a device's form is made from.
+///
+/// # Errors
+/// None is given, or it is of another world.
+pub(crate) fn scene_of<'a, 'g>(
+    scene: Option<&'a Arc<Scene<'g>>>,
+    world: &Arc<World>,
+) -> Result<&'a Arc<Scene<'g>>, LightsError> {
+    match scene {
+        None => Err(LightsError::value("gpu form", "needs a scene on a device")),
+        Some(scene) if !Arc::ptr_eq(&scene.world, world) => {
+            Err(LightsError::value("gpu form", "the scene on the device is of another world"))
+        }
+        Some(scene) => Ok(scene),
+    }
+}
+
+/// Holds a struct against the shader's, field by field.
+#[cfg(test)]
+fn mirror<T>(path: &str, name: &str, fields: &[(&str, u32)]) {
+    let source = dapple_shaders::source(path).unwrap();
+    let layout = dapple_shaders::struct_layout(&source, name).unwrap();
+    let names: Vec<_> = layout.fields.iter().map(|f| (f.0.as_str(), f.1)).collect();
+    assert_eq!(names, fields);
+    assert_eq!(layout.size as usize, size_of::<T>());
+}

@@ -1,6 +1,6 @@
 //! What all techniques share on a device, uploaded once.
 
-use crate::{Frame, Light, LightsError, World};
+use crate::{Frame, Light, LightsError, World, bound::packed::clamp_squared};
 use bytemuck::{Pod, Zeroable};
 use dapple_gpu::{Gpu, GpuError, wgpu};
 use glam::{Vec3, Vec4};
@@ -40,8 +40,8 @@ pub struct FrameParams {
     pub lights: u32,
     /// The frame's index.
     pub frame: u32,
-    /// As [`World::clamp_m`].
-    pub clamp_m: f32,
+    /// What squared distances are not below, square metres.
+    pub clamp_squared: f32,
     /// Unused.
     pub pad: [u32; 3],
 }
@@ -103,7 +103,7 @@ impl<'g> Scene<'g> {
                 height: frame.height,
                 lights: count,
                 frame: index as u32,
-                clamp_m: world.clamp_m as f32,
+                clamp_squared: clamp_squared(world.clamp_m),
                 pad: [0; 3],
             };
             frames.push((points, gpu.uniform("frame", &params)?));
@@ -236,4 +236,34 @@ fn check_tiles(gpu: &Gpu, index: usize, frame: &Frame) -> Result<(), GpuError> {
         limit: "max_compute_workgroups_per_dimension",
         max: max.into(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_and_lights_have_the_layout_of_the_shaders() {
+        let path = "many-lights/brute_force.wgsl";
+        let fields = [
+            ("width", 0),
+            ("height", 4),
+            ("lights", 8),
+            ("frame", 12),
+            ("clamp_squared", 16),
+            ("pad0", 20),
+            ("pad1", 24),
+            ("pad2", 28),
+        ];
+        crate::gpu::mirror::<FrameParams>(path, "FrameParams", &fields);
+        let fields = [
+            ("position", 0),
+            ("half_angle_rad", 12),
+            ("intensity", 16),
+            ("kind", 28),
+            ("axis", 32),
+            ("pad", 44),
+        ];
+        crate::gpu::mirror::<PackedLight>(path, "Light", &fields);
+    }
 }
