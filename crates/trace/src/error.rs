@@ -138,4 +138,16 @@ pub enum TraceError {
         /// The limit.
         limit: u64,
     },
+    /// Alpha tests where there is no place for them.
+    #[error("{triangles} triangles have an alpha test, which the tree in f32 has no place for")]
+    CutOut {
+        /// How many.
+        triangles: usize,
+    },
+    /// A corner so far away that f32 arithmetic on it overflows.
+    #[error("a corner lies {farthest_m:e} m from the origin; the limit in f32 is 1e12 m")]
+    Flat {
+        /// The farthest found, metres along an axis.
+        farthest_m: f64,
+    },
 }

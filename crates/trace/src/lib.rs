@@ -11,6 +11,7 @@ mod build;
 mod camera_layers;
 mod error;
 mod filtered;
+mod flat;
 mod light;
 mod light_cells;
 mod light_fragments;
@@ -37,6 +38,7 @@ pub use filtered::{
     PLANE_EPSILON, PlaneInMap, SURFACE_REACH, filtered_visibility, filtered_visibility_all,
     receiver,
 };
+pub use flat::{FlatNode, FlatTree, FlatTriangle, MAX_FLAT_M};
 pub use light::{light_visibility, light_visibility_all, surface_light_visibility};
 pub use light_fragments::{
     LightFragments, MAX_LIGHT_FRAGMENTS, MAX_MAP_SIDE, light_fragments, light_fragments_by_rays,
