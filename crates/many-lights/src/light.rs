@@ -25,6 +25,12 @@ pub enum Emission {
     Directional,
 }
 
+/// The farthest coordinate of lights and points from the world's origin, metres.
+pub const FARTHEST_M: f64 = 1e9;
+
+/// The greatest intensity of a light.
+pub const BRIGHTEST: f64 = 1e15;
+
 /// A light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
@@ -89,12 +95,20 @@ impl Light {
     /// Refuses what no sum survives.
     ///
     /// # Errors
-    /// [`LightsError::Value`] that names light `index`: a number that is not finite, a negative
-    /// intensity, an axis that is not of unit length (to 1e-6), a half angle outside (0, π].
+    /// [`LightsError::Value`] that names light `index`: a number that is not finite, a position
+    /// beyond [`FARTHEST_M`] or an intensity beyond [`BRIGHTEST`] (their squares, sums and quotients
+    /// have to be numbers in f32), a negative intensity, an axis that is not of unit length (to
+    /// 1e-6), a half angle outside (0, π].
     pub fn check(&self, index: usize) -> Result<(), LightsError> {
         let refuse = |what: &str| Err(LightsError::value(format!("light {index}"), what));
         if !self.position.is_finite() || !self.axis.is_finite() || !self.intensity.is_finite() {
             return refuse("position, axis and intensity have to be finite numbers");
+        }
+        if self.position.abs().max_element() > FARTHEST_M {
+            return refuse(&format!("a coordinate is beyond {FARTHEST_M:e} m"));
+        }
+        if self.intensity.max_element() > BRIGHTEST {
+            return refuse(&format!("the intensity is above {BRIGHTEST:e}"));
         }
         if self.intensity.min_element() < 0.0 {
             return refuse("the intensity is negative");

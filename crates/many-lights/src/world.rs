@@ -1,10 +1,16 @@
 //! What is lit, by what, as techniques are given it.
 
-use crate::{Eye, Light, LightsError, light::Emission};
+use crate::{
+    Eye, Light, LightsError,
+    light::{Emission, FARTHEST_M},
+};
 use bytemuck::{Pod, Zeroable};
 use dapple_trace::{Ray, Tracer};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
+
+/// The least and the greatest [`World::clamp_m`]: f32 holds their squares, and what is over them.
+pub const CLAMP_M: (f64, f64) = (1e-6, 1e6);
 
 /// The object of a pixel that shows nothing.
 pub const NOTHING: u32 = u32::MAX;
@@ -73,8 +79,9 @@ impl World {
     /// # Errors
     /// [`LightsError::Value`] that names the light, frame or point.
     pub fn check(&self) -> Result<(), LightsError> {
-        if !(self.clamp_m > 0.0 && self.clamp_m.is_finite()) {
-            return Err(LightsError::value("clamp", "has to be a distance above 0"));
+        if !(self.clamp_m >= CLAMP_M.0 && self.clamp_m <= CLAMP_M.1) {
+            let limit = format!("has to be in {:e}..={:e} m", CLAMP_M.0, CLAMP_M.1);
+            return Err(LightsError::value("clamp", limit));
         }
         for (index, light) in self.lights.iter().enumerate() {
             light.check(index)?;
@@ -130,7 +137,11 @@ impl Frame {
             if !point.position.is_finite() || !point.normal.is_finite() {
                 return refuse(format!("pixel {pixel}: position or normal is not finite"));
             }
-            if !(point.normal.length() - 1.0).abs().le(&1e-3) {
+            if point.position.abs().as_dvec3().max_element() > FARTHEST_M {
+                return refuse(format!("pixel {pixel}: a coordinate is beyond {FARTHEST_M:e} m"));
+            }
+            // Bounds give back no more than this.
+            if !((point.normal.as_dvec3().length() - 1.0).abs() <= 1e-6) {
                 return refuse(format!("pixel {pixel}: the normal is not of unit length"));
             }
             if !(point.albedo.min_element() >= 0.0 && point.albedo.max_element() <= 1.0) {

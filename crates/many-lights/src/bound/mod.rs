@@ -58,7 +58,9 @@ pub fn point(form: BoundForm, node: &Node, point: &Point, clamp_m: f64) -> f64 {
     region(form, node, &Region::at(point), clamp_m)
 }
 
-/// The most that any channel can get from the cluster at any point of a region.
+/// The most that any channel can get from the cluster at any point of a region. Where all normals
+/// agree, it is at least every point's bound; where they differ, only at least what any point gets:
+/// boxes are turned to the region's axis rather than to a point's.
 pub fn region(form: BoundForm, node: &Node, region: &Region, clamp_m: f64) -> f64 {
     slackened(form, node, region, clamp_m, 1.0)
 }

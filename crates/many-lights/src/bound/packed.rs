@@ -3,7 +3,7 @@
 
 pub use super::angles::{angle_between, arc_sine, cosine_or_none};
 
-use super::angles::from_half_chord;
+pub(crate) use super::angles::{HALF_CHORD, from_half_chord};
 use crate::{BoundForm, PackedNode, Point};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -16,7 +16,7 @@ pub const ALONG_SLACK: f32 = super::ALONG_SLACK as f32;
 pub const ANGLE_SLACK_RAD: f32 = super::ANGLE_SLACK_RAD as f32;
 /// [`super::SQUARE_SLACK`] in f32.
 pub const SQUARE_SLACK: f32 = super::SQUARE_SLACK as f32;
-const NOWHERE: f32 = super::closest::NOWHERE as f32;
+pub(crate) const NOWHERE: f32 = super::closest::NOWHERE as f32;
 
 const OMNI: u32 = 0;
 const ORIENTED: u32 = 1;
@@ -149,7 +149,7 @@ impl Closest {
         let along = axis.dot(centre) + axis.abs().dot(half) + slack;
         let by_distance = squared * (1.0 - SQUARE_SLACK) - along * along;
         if form == BoundForm::Cheap {
-            if along <= 0.0 {
+            if along < 0.0 {
                 return Self { along: 0.0, across_squared: 1.0 };
             }
             return Self { along, across_squared: by_distance.max(0.0) };
@@ -189,11 +189,9 @@ impl Closest {
     }
 }
 
-/// Two unit vectors at right angles to a third and to each other.
-///
-/// Based on: T. Duff et al., "Building an orthonormal basis, revisited", 2017, listing 3.
+/// As [`super::closest`]'s.
 #[inline(always)]
-fn frame(axis: Vec3) -> (Vec3, Vec3) {
+pub(crate) fn frame(axis: Vec3) -> (Vec3, Vec3) {
     let sign = if axis.z < 0.0 { -1.0 } else { 1.0 };
     let a = -1.0 / (sign + axis.z);
     let b = axis.x * axis.y * a;
