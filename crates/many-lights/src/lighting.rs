@@ -95,6 +95,9 @@ pub fn make<'g>(
             Form::Reference,
             Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
         ) => Ok(Box::new(cut::Reference::new(cut::Given::new(technique, world, tree)?))),
+        (Form::Gpu, Technique::Reservoirs(settings)) => {
+            Ok(Box::new(gpu::OnDeviceReservoirs::new(settings, gpu::scene_of(scene, world)?)?))
+        }
         (Form::Reference, Technique::Reservoirs(settings)) => {
             Ok(Box::new(reservoirs::Reference::new(settings, world)?))
         }

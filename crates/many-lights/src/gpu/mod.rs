@@ -4,6 +4,7 @@ mod brute;
 mod cut;
 mod kernel;
 mod lightcuts;
+mod reservoirs;
 mod scene;
 mod tree;
 
@@ -12,6 +13,7 @@ pub use tree::Tree;
 
 pub(crate) use brute::brute_force;
 pub(crate) use cut::cut;
+pub(crate) use reservoirs::OnDevice as OnDeviceReservoirs;
 
 use crate::{LightsError, World};
 use std::sync::Arc;

@@ -8,10 +8,14 @@ use dapple_scene::{Camera, Projection};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
+/// All kinds of light.
+pub const EMISSIONS: [Emission; 4] =
+    [Emission::Omni, WINDOW, Emission::Oriented, Emission::Directional];
+
 fn mixed_cloud() -> Cloud {
     Cloud {
         lights: 40,
-        emissions: vec![Emission::Omni, WINDOW, Emission::Oriented, Emission::Directional],
+        emissions: EMISSIONS.to_vec(),
         size: [14, 11],
         frames: 3,
         ..Cloud::default()

@@ -26,9 +26,12 @@ mod packed;
 mod plan;
 mod reference;
 
+#[cfg(test)]
+pub(crate) use alias::Slot;
 pub(crate) use alias::Table;
 pub(crate) use cpu::Cpu;
 pub(crate) use neighbours::Neighbours;
+pub(crate) use packed::{PackedEye, Reservoir};
 pub(crate) use plan::{Plan, Stream, weights};
 pub(crate) use reference::Reference;
 

@@ -35,8 +35,8 @@ pub(crate) struct PackedEye {
     pub height: u32,
     /// [`Eye::up`] over its squared length.
     pub up: Vec3,
-    /// 1 where there is such a frame.
-    pub is_there: u32,
+    /// Unused.
+    pub pad: u32,
 }
 
 impl Reservoir {
@@ -71,7 +71,7 @@ impl PackedEye {
             right: (eye.right / eye.right.length_squared()).as_vec3(),
             height,
             up: (eye.up / eye.up.length_squared()).as_vec3(),
-            is_there: 1,
+            pad: 0,
         }
     }
 
