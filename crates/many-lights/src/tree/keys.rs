@@ -24,10 +24,34 @@ pub(super) fn check(lights: &[Light], keys: &[Vec<u32>]) -> Result<(), LightsErr
     }
 }
 
+/// Sorts lights by their paths, equal ones by number.
+pub(super) fn sort(keys: &[Vec<u32>], ids: &mut [u32]) {
+    ids.sort_by(|&a, &b| keys[a as usize].cmp(&keys[b as usize]).then(a.cmp(&b)));
+}
+
+/// At least two lights, sorted, that agree in the first `level` keys, by their keys at the first level
+/// from there on where they differ; that level. Those whose paths end there are each alone.
+pub(super) fn groups<'a>(
+    keys: &'a [Vec<u32>],
+    ids: &'a [u32],
+    level: usize,
+) -> (impl Iterator<Item = &'a [u32]>, usize) {
+    let path = |id: u32| &keys[id as usize][..];
+    // They are sorted: all have in common what the first and the last have.
+    let (first, last) = (path(ids[0]), path(ids[ids.len() - 1]));
+    let rest = first.iter().zip(last).skip(level);
+    let level = level + rest.take_while(|(a, b)| a == b).count();
+    let groups = ids.chunk_by(move |&a, &b| match (path(a).get(level), path(b).get(level)) {
+        (Some(a), Some(b)) => a == b,
+        _ => false,
+    });
+    (groups, level)
+}
+
 /// The tree over `ids`, at least one. Children are in the order of their keys, after the lights whose
 /// paths end at the node.
 pub(super) fn build(keys: &[Vec<u32>], mut ids: Vec<u32>) -> Vec<Place> {
-    ids.sort_by(|&a, &b| keys[a as usize].cmp(&keys[b as usize]).then(a.cmp(&b)));
+    sort(keys, &mut ids);
     let mut places = Vec::with_capacity(ids.len() + ids.len() / 2);
     append(keys, &ids, 0, &mut places);
     places
@@ -39,17 +63,10 @@ fn append(keys: &[Vec<u32>], ids: &[u32], level: usize, places: &mut Vec<Place>)
         places.push(Place::leaf(*id));
         return;
     }
-    let path = |id: u32| &keys[id as usize][..];
-    // They are sorted: all have in common what the first and the last have.
-    let (first, last) = (path(ids[0]), path(ids[ids.len() - 1]));
-    let level =
-        level + first[level..].iter().zip(&last[level..]).take_while(|(a, b)| a == b).count();
     let node = places.len();
     places.push(Place::cluster(0));
-    for group in ids.chunk_by(|&a, &b| match (path(a).get(level), path(b).get(level)) {
-        (Some(a), Some(b)) => a == b,
-        _ => false,
-    }) {
+    let (groups, level) = groups(keys, ids, level);
+    for group in groups {
         append(keys, group, level + 1, places);
     }
     places[node].size = (places.len() - node) as u32;

@@ -21,6 +21,7 @@ pub fn builds(keys: &[Vec<u32>]) -> Vec<Build<'_>> {
         Build::Original { spread: 3.0 },
         Build::Median,
         Build::Keys(keys),
+        Build::SurfaceArea,
     ]
 }
 
