@@ -1,5 +1,6 @@
 //! Cuts through light trees: which clusters stand for all lights at a pixel.
 
+mod cpu;
 mod given;
 mod lightcuts;
 mod reference;
@@ -8,6 +9,7 @@ mod starts;
 pub mod tile;
 mod walk;
 
+pub use cpu::Cpu;
 pub use given::{Given, Method};
 pub use lightcuts::{Found, Member, Open, cut};
 pub use reference::Reference;

@@ -14,7 +14,12 @@ pub fn tiles(width: u32, height: u32) -> (u32, u32) {
 }
 
 /// Indices of the pixels of tile (`column`, `row`), row by row, those outside of the frame left out.
-pub fn pixels(width: u32, height: u32, column: u32, row: u32) -> impl Iterator<Item = usize> {
+pub fn pixels(
+    width: u32,
+    height: u32,
+    column: u32,
+    row: u32,
+) -> impl Iterator<Item = usize> + Clone {
     let (left, top) = (column * SIDE, row * SIDE);
     let (right, bottom) = ((left + SIDE).min(width), (top + SIDE).min(height));
     (top..bottom)
