@@ -5,6 +5,8 @@
 //! here knows that it is measured: counting is asked for where it is wanted.
 
 pub mod bound;
+pub mod brute;
+pub mod capped;
 pub mod clustered;
 pub mod cut;
 mod error;

@@ -1,6 +1,6 @@
 //! Techniques made ready in one of three forms.
 
-use crate::{gpu, LightTree, LightsError, Technique, Work, World, cut, sample::reservoirs};
+use crate::{LightTree, LightsError, Technique, Work, World, brute, cut, gpu, sample::reservoirs};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -86,15 +86,20 @@ pub fn make<'g>(
 ) -> Result<Box<dyn Lighting + 'g>, LightsError> {
     technique.check()?;
     match (form, technique) {
+        (Form::Reference, Technique::BruteForce) => Ok(Box::new(brute::Reference::new(world))),
+        (Form::Cpu, Technique::BruteForce) => Ok(Box::new(brute::Cpu::new(world))),
         (Form::Gpu, Technique::BruteForce) => gpu::brute_force(gpu::scene_of(scene, world)?),
-        (
-            Form::Gpu,
-            Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
-        ) => gpu::cut(gpu::scene_of(scene, world)?, &cut::Given::new(technique, world, tree)?),
+        (Form::Gpu, Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_)) => {
+            gpu::cut(gpu::scene_of(scene, world)?, &cut::Given::new(technique, world, tree)?)
+        }
         (
             Form::Reference,
             Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
         ) => Ok(Box::new(cut::Reference::new(cut::Given::new(technique, world, tree)?))),
+        (
+            Form::Cpu,
+            Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
+        ) => Ok(Box::new(cut::Cpu::new(cut::Given::new(technique, world, tree)?))),
         (Form::Gpu, Technique::Reservoirs(settings)) => {
             Ok(Box::new(gpu::OnDeviceReservoirs::new(settings, gpu::scene_of(scene, world)?)?))
         }
@@ -110,6 +115,20 @@ pub fn make<'g>(
         ) => crate::sample::make(form, technique, world, tree),
         (Form::Reference, Technique::Clustered(settings)) => {
             Ok(Box::new(crate::clustered::Reference::new(world, settings)?))
+        }
+        (Form::Gpu, Technique::Clustered(settings)) => {
+            let scene = gpu::scene_of(scene, world)?;
+            Ok(Box::new(gpu::OnDeviceClustered::new(scene, settings)?))
+        }
+        (Form::Gpu, Technique::Capped(settings)) => {
+            let scene = gpu::scene_of(scene, world)?;
+            Ok(Box::new(gpu::OnDeviceCapped::new(scene, tree, settings)?))
+        }
+        (Form::Reference, Technique::Capped(settings)) => {
+            Ok(Box::new(crate::capped::Reference::new(world, tree, settings)?))
+        }
+        (Form::Cpu, Technique::Capped(settings)) => {
+            Ok(Box::new(crate::capped::Cpu::new(world, tree, settings)?))
         }
         (Form::Cpu, Technique::Clustered(settings)) => {
             Ok(Box::new(crate::clustered::Cpu::new(world, settings)?))

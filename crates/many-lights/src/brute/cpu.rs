@@ -1,0 +1,171 @@
+//! The same in f32, all cores: lights are gone through in blocks that stay in the caches while a tile
+//! of pixels reads them.
+
+use super::chunk::{Chunk, DIRECTIONAL, LANES, Lanes, OMNI, ORIENTED, SPOT, chunks, weights};
+use crate::{
+    Frame, Lighting, LightsError, Point, Shaded, Times, Work, World, bound::packed::clamp_squared,
+    cut::tile,
+};
+use glam::{DVec3, Vec3};
+use multiversion::multiversion;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Chunks of a block: 1,024 lights are 45 KiB, which second-level caches hold; a block's sum of 64
+/// numbers a lane loses little in f32, and blocks are added in f64.
+const BLOCK: usize = 64;
+
+/// Every light at every pixel, sixteen at a time.
+pub struct Cpu {
+    world: Arc<World>,
+    kinds: [Vec<Chunk>; 4],
+    tiles: Vec<Tile>,
+    /// Columns and rows of the last frame, pixels.
+    size: (u32, u32),
+    work: Work,
+}
+
+/// What the pixels of a tile came out as.
+#[derive(Clone)]
+struct Tile {
+    radiance: [Vec3; tile::LANES],
+    rays: u64,
+}
+
+impl Cpu {
+    /// Ready for the frames of a world.
+    pub fn new(world: &Arc<World>) -> Self {
+        let tiles = |frame: &Frame| {
+            let (columns, rows) = tile::tiles(frame.width, frame.height);
+            columns as usize * rows as usize
+        };
+        let most = world.frames.iter().map(tiles).max().unwrap_or(0);
+        Self {
+            world: Arc::clone(world),
+            kinds: chunks(&world.lights),
+            tiles: vec![Tile { radiance: [Vec3::ZERO; tile::LANES], rays: 0 }; most],
+            size: (0, 0),
+            work: Work::default(),
+        }
+    }
+}
+
+impl Lighting for Cpu {
+    fn reset(&mut self, _seed: u32) -> Result<(), LightsError> {
+        Ok(())
+    }
+
+    fn shade(&mut self, index: usize, count: bool) -> Result<Times, LightsError> {
+        let (world, kinds) = (&*self.world, &self.kinds);
+        let frame = world.frame(index)?;
+        self.size = (frame.width, frame.height);
+        let (columns, rows) = tile::tiles(frame.width, frame.height);
+        let used = columns as usize * rows as usize;
+        self.tiles[..used].par_iter_mut().enumerate().for_each(|(index, out)| {
+            let (column, row) = (index as u32 % columns, index as u32 / columns);
+            let mut points = [Point::nothing(); tile::LANES];
+            let pixels = tile::pixels(frame.width, frame.height, column, row);
+            for (point, pixel) in points.iter_mut().zip(pixels) {
+                *point = frame.points[pixel];
+            }
+            light_tile(kinds, &points, world, out);
+        });
+        self.work = Work::default();
+        if count {
+            let pixels = frame.points.iter().filter(|p| p.is_there()).count() as u64;
+            self.work.pixels = pixels;
+            self.work.lights = pixels * world.lights.len() as u64;
+            self.work.rays = self.tiles[..used].iter().map(|tile| tile.rays).sum();
+        }
+        Ok(Times::new())
+    }
+
+    fn read(&mut self, shaded: &mut Shaded) -> Result<(), LightsError> {
+        let (width, height) = self.size;
+        shaded.work = self.work;
+        shaded.visits.clear();
+        shaded.radiance.clear();
+        shaded.radiance.resize(width as usize * height as usize, Vec3::ZERO);
+        let columns = tile::tiles(width, height).0.max(1);
+        let used = tile::tiles(width, height).1 as usize * columns as usize;
+        for (index, tile) in self.tiles.iter().take(used).enumerate() {
+            let (column, row) = (index as u32 % columns, index as u32 / columns);
+            let pixels = tile::pixels(width, height, column, row);
+            for (pixel, radiance) in pixels.zip(tile.radiance) {
+                shaded.radiance[pixel] = radiance;
+            }
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> u64 {
+        let chunks: usize = self.kinds.iter().map(|kind| size_of_val(kind.as_slice())).sum();
+        (chunks + size_of_val(self.tiles.as_slice())) as u64
+    }
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2",
+    "x86_64+avx2",
+    "x86_64+sse4.1",
+))]
+fn light_tile(
+    kinds: &[Vec<Chunk>; 4],
+    points: &[Point; tile::LANES],
+    world: &World,
+    out: &mut Tile,
+) {
+    let mut sums = [DVec3::ZERO; tile::LANES];
+    out.rays = 0;
+    light_kind::<OMNI>(&kinds[OMNI], points, world, &mut sums, &mut out.rays);
+    light_kind::<ORIENTED>(&kinds[ORIENTED], points, world, &mut sums, &mut out.rays);
+    light_kind::<SPOT>(&kinds[SPOT], points, world, &mut sums, &mut out.rays);
+    light_kind::<DIRECTIONAL>(&kinds[DIRECTIONAL], points, world, &mut sums, &mut out.rays);
+    for ((out, point), sum) in out.radiance.iter_mut().zip(points).zip(sums) {
+        *out = point.albedo * (sum * std::f64::consts::FRAC_1_PI).as_vec3();
+    }
+}
+
+#[inline(always)]
+fn light_kind<const KIND: usize>(
+    chunks: &[Chunk],
+    points: &[Point; tile::LANES],
+    world: &World,
+    sums: &mut [DVec3; tile::LANES],
+    rays: &mut u64,
+) {
+    let clamp_squared = clamp_squared(world.clamp_m);
+    for block in chunks.chunks(BLOCK) {
+        for (point, sum) in points.iter().zip(sums.iter_mut()).filter(|(p, _)| p.is_there()) {
+            let mut lanes = [[0.0; LANES]; 3];
+            for chunk in block {
+                let mut weights = weights::<KIND>(chunk, point, clamp_squared);
+                if world.occluders.is_some() {
+                    *rays += hide(&mut weights, chunk, point, world);
+                }
+                for (lanes, intensity) in lanes.iter_mut().zip(&chunk.intensity) {
+                    for i in 0..LANES {
+                        lanes[i] += weights[i] * intensity[i];
+                    }
+                }
+            }
+            *sum += DVec3::from_array(lanes.map(|lanes| f64::from(lanes.iter().sum::<f32>())));
+        }
+    }
+}
+
+/// Takes away what a point does not see, by a ray to every light that would reach it: their number.
+#[inline(never)]
+fn hide(weights: &mut Lanes, chunk: &Chunk, point: &Point, world: &World) -> u64 {
+    let mut rays = 0;
+    for (lane, weight) in weights.iter_mut().enumerate() {
+        let gives = |k: usize| point.albedo[k] * chunk.intensity[k][lane] > 0.0;
+        if *weight > 0.0 && (0..3).any(gives) {
+            rays += 1;
+            if !world.sees(point, &world.lights[chunk.lights[lane] as usize]) {
+                *weight = 0.0;
+            }
+        }
+    }
+    rays
+}
