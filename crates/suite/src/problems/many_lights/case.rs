@@ -1,8 +1,10 @@
 //! A prepared case: what every frame shows, the lights, the truth, and the trees built so far.
 
 use super::{
-    input::{self, Hierarchy, Input},
-    picture, settings, subject,
+    input::{self, Hierarchy, Input, burning},
+    picture,
+    settings::{self, TreeKind},
+    subject,
     truth::Truth,
 };
 use crate::{
@@ -15,9 +17,9 @@ use crate::{
 use dapple_gpu::Gpu;
 use dapple_many_lights::{
     Eye, Form, Frame, LightTree, Lighting, Point, Shaded, Technique, World, gpu, make,
-    tree::{Build, Representative},
+    tree::{self, Build, city::Levels},
 };
-use dapple_scene::{Camera, Scene, city::City};
+use dapple_scene::{Camera, Scene};
 use dapple_trace::{Ray, Tracer};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -167,46 +169,34 @@ impl<'g> LightsCase<'g> {
         technique: &Technique,
         setting: &Setting,
     ) -> Result<Arc<LightTree>, SuiteError> {
-        let plan =
-            settings::Plan::of(technique, setting, !matches!(self.hierarchy, Hierarchy::None))?;
+        let has_hierarchy = !matches!(self.hierarchy, Hierarchy::None);
+        let plan = settings::tree(technique, setting, has_hierarchy, self.seed)?;
         let key = format!("{plan:?}");
         if let Some(tree) = self.trees.borrow().get(&key) {
             return Ok(Arc::clone(tree));
         }
-        let tree = Arc::new(self.build(&plan)?);
+        let (kind, representative) = plan;
+        let lights = &self.world.lights;
+        let tree = Arc::new(match kind {
+            TreeKind::None => LightTree::default(),
+            TreeKind::Of(build) => LightTree::build(lights, build, representative)?,
+            TreeKind::Hierarchy { levels, fanout } => {
+                let mut paths = self.paths(levels)?;
+                if fanout > 0 {
+                    paths = tree::city::limited(lights, &paths, fanout)?;
+                }
+                LightTree::build(lights, Build::Keys(&paths), representative)?
+            }
+        });
         self.trees.borrow_mut().insert(key, Arc::clone(&tree));
         Ok(tree)
     }
 
-    fn build(&self, plan: &settings::Plan) -> Result<LightTree, SuiteError> {
-        let lights = &self.world.lights;
-        let representative = match plan.representative {
-            settings::Stands::Weighted => Representative::Weighted,
-            settings::Stands::Random => Representative::Random { seed: self.seed },
-            settings::Stands::Nearest => Representative::Nearest,
-        };
-        Ok(match plan.kind {
-            settings::TreeKind::None => LightTree::default(),
-            settings::TreeKind::Median => LightTree::build(lights, Build::Median, representative)?,
-            settings::TreeKind::SurfaceArea => {
-                LightTree::build(lights, Build::Median, representative)?
-            }
-            settings::TreeKind::Original { spread: _ } => {
-                LightTree::build(lights, Build::Median, representative)?
-            }
-            settings::TreeKind::City { without, fanout: _ } => {
-                let paths = self.paths(without)?;
-                LightTree::build(lights, Build::Keys(&paths), representative)?
-            }
-        })
-    }
-
-    /// Path of each light through the scene's hierarchy, one level left out.
-    fn paths(&self, without: Option<settings::Level>) -> Result<Vec<Vec<u32>>, SuiteError> {
+    /// Path of each light through the scene's hierarchy.
+    fn paths(&self, levels: Levels) -> Result<Vec<Vec<u32>>, SuiteError> {
         match &self.hierarchy {
             Hierarchy::City(city, burns) => {
-                let all = paths(city, without);
-                Ok(all.into_iter().zip(burns).filter(|(_, b)| **b).map(|(path, _)| path).collect())
+                Ok(burning(tree::city::keys(city, self.world.origin, levels).1, burns))
             }
             Hierarchy::Paths(paths) => Ok(paths.clone()),
             Hierarchy::None => Err(SuiteError::Usage(format!(
@@ -276,11 +266,4 @@ impl Prepared for LightsCase<'_> {
     fn subject<'a>(&'a self, setting: &Setting) -> Result<Box<dyn Subject + 'a>, SuiteError> {
         Ok(Box::new(subject::LightsSubject::new(self, setting)?))
     }
-}
-
-fn paths(city: &City, _: Option<settings::Level>) -> Vec<Vec<u32>> {
-    let block = |b: u32| city.blocks.partition_point(|r| r.start <= b) as u32 - 1;
-    let windows =
-        city.lights.iter().map(|w| vec![block(w.building), w.building, w.facade, w.storey]);
-    windows.chain(city.lamps.iter().map(|_| vec![])).collect()
 }

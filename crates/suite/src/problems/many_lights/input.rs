@@ -10,6 +10,7 @@ use crate::{
 use dapple_many_lights::{
     Emission, Light, World,
     sample::Random,
+    tree::city::{Levels, keys},
     worlds::{self, Cloud, Facade, WINDOW},
 };
 use dapple_scene::{Aabb, Scene, city::City};
@@ -105,7 +106,11 @@ fn loaded(loaded: Loaded, case: &Case) -> Result<Input, SuiteError> {
                     case.scene
                 )));
             }
-            let (lights, burns) = of_city(&city, origin, parameters.word("lit")?);
+            let lit = parameters.word("lit")?;
+            let windows = std::iter::repeat_n(lit != "lamps", city.lights.len());
+            let lamps = std::iter::repeat_n(lit != "windows", city.lamps.len());
+            let burns: Vec<bool> = windows.chain(lamps).collect();
+            let lights = burning(keys(&city, origin, Levels::default()).0, &burns);
             (lights, Hierarchy::City(Box::new(city), burns))
         }
         None if parameters.word("lit")? != "all" => {
@@ -128,25 +133,9 @@ fn loaded(loaded: Loaded, case: &Case) -> Result<Input, SuiteError> {
     Ok(Input { scene, lights, origin, hierarchy, hash, notes })
 }
 
-/// A city's lights: windows in order, then lamps; and for each whether it burns.
-fn of_city(city: &City, origin: DVec3, lit: &str) -> (Vec<Light>, Vec<bool>) {
-    let windows = city.lights.iter().map(|w| Light {
-        position: w.position - origin,
-        axis: w.direction,
-        intensity: w.intensity.as_dvec3(),
-        emission: Emission::Spot { half_angle_rad: w.half_angle_rad },
-    });
-    let lamps = city.lamps.iter().map(|lamp| Light {
-        position: lamp.position - origin,
-        axis: DVec3::NEG_Y,
-        intensity: lamp.intensity.as_dvec3(),
-        emission: Emission::Omni,
-    });
-    let burns: Vec<bool> = std::iter::repeat_n(lit != "lamps", city.lights.len())
-        .chain(std::iter::repeat_n(lit != "windows", city.lamps.len()))
-        .collect();
-    let burning = windows.chain(lamps).zip(&burns).filter(|(_, burns)| **burns);
-    (burning.map(|(light, _)| light).collect(), burns)
+/// Those of a city's lights (or their paths), windows before lamps, that burn.
+pub fn burning<T>(all: Vec<T>, burns: &[bool]) -> Vec<T> {
+    all.into_iter().zip(burns).filter(|(_, burns)| **burns).map(|(light, _)| light).collect()
 }
 
 /// Intensity at which `count` lights spread over a scene of that radius light its middle well: an

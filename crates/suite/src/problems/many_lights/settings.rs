@@ -9,6 +9,7 @@ use crate::{
 use dapple_many_lights::{
     Absolute, BoundForm, Capped, Clustered, Form as LightsForm, LightBvh, Lightcuts, Per, Relative,
     Reservoirs, Selection, StochasticLightcuts, Technique,
+    tree::{Build, Representative, city::Levels},
 };
 
 /// Holds every knob to its declared range, whoever set it.
@@ -104,115 +105,79 @@ pub fn is_unbiased(technique: &Technique) -> bool {
     }
 }
 
-/// A level of a city's hierarchy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
-    /// All buildings of a block.
-    Block,
-    /// All facades of a building.
-    Building,
-    /// All storeys of a facade.
-    Facade,
-    /// All windows of a storey.
-    Storey,
-}
-
-/// What stands for a cluster.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stands {
-    /// Its weighted middle.
-    Weighted,
-    /// A child's, by chance.
-    Random,
-    /// The nearest real light.
-    Nearest,
-}
-
-/// Which tree.
+/// A tree to be built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TreeKind {
     /// The technique walks none.
     None,
-    /// Halves.
-    Median,
-    /// By surfaces and orientations, for sampling.
-    SurfaceArea,
-    /// Walter's.
-    Original {
-        /// Weight of directions against distances.
-        spread: f64,
-    },
-    /// The city's hierarchy.
-    City {
-        /// A level that is left out.
-        without: Option<Level>,
+    /// Made from the lights alone.
+    Of(Build<'static>),
+    /// The scene's hierarchy.
+    Hierarchy {
+        /// Those of a city.
+        levels: Levels,
         /// Most children of a node; 0: any.
         fanout: u32,
     },
 }
 
-/// A tree to be built.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
-    /// Which.
-    pub kind: TreeKind,
-    /// What stands for its clusters.
-    pub representative: Stands,
+/// The tree that a setting asks for, of a scene with or without a hierarchy, and what stands for its
+/// clusters.
+///
+/// # Errors
+/// A word that is none.
+pub fn tree(
+    technique: &Technique,
+    setting: &Setting,
+    has_hierarchy: bool,
+    seed: u64,
+) -> Result<(TreeKind, Representative), SuiteError> {
+    let knobs = &setting.knobs;
+    match technique {
+        Technique::LightBvh(_) => {
+            return Ok((TreeKind::Of(Build::SurfaceArea), Representative::Weighted));
+        }
+        // Its strongest lights are found by walking down bounds.
+        Technique::Capped(_) => return Ok((TreeKind::Of(Build::Median), Representative::Weighted)),
+        _ if !knobs.contains_key("tree") => {
+            return Ok((TreeKind::None, Representative::Weighted));
+        }
+        _ => {}
+    }
+    let kind = match (knobs.word("tree")?, has_hierarchy) {
+        ("city", _) | ("auto", true) => hierarchy(setting)?,
+        ("median", _) => TreeKind::Of(Build::Median),
+        _ => {
+            let spread = if knobs.contains_key("spread") { knobs.float("spread")? } else { 1.0 };
+            TreeKind::Of(Build::Original { spread })
+        }
+    };
+    let representatives = [
+        ("weighted", Representative::Weighted),
+        ("random", Representative::Random { seed }),
+        ("nearest", Representative::Nearest),
+    ];
+    let has = knobs.contains_key("representative");
+    let representative = match has {
+        true => choice(knobs, "representative", &representatives)?,
+        false => Representative::Weighted,
+    };
+    Ok((kind, representative))
 }
 
-impl Plan {
-    /// The tree that a setting asks for, of a scene with or without a hierarchy.
-    ///
-    /// # Errors
-    /// A word that is none.
-    pub fn of(
-        technique: &Technique,
-        setting: &Setting,
-        has_hierarchy: bool,
-    ) -> Result<Self, SuiteError> {
-        let knobs = &setting.knobs;
-        let representative = match knobs.contains_key("representative") {
-            false => Stands::Weighted,
-            true => choice(
-                knobs,
-                "representative",
-                &[
-                    ("weighted", Stands::Weighted),
-                    ("random", Stands::Random),
-                    ("nearest", Stands::Nearest),
-                ],
-            )?,
-        };
-        let original = || {
-            Ok::<_, SuiteError>(TreeKind::Original {
-                spread: if knobs.contains_key("spread") { knobs.float("spread")? } else { 1.0 },
-            })
-        };
-        let city = || {
-            let has = knobs.contains_key("levels");
-            let levels = [
-                ("all", None),
-                ("no-storeys", Some(Level::Storey)),
-                ("no-facades", Some(Level::Facade)),
-                ("no-buildings", Some(Level::Building)),
-                ("no-blocks", Some(Level::Block)),
-            ];
-            Ok::<_, SuiteError>(TreeKind::City {
-                without: if has { choice(knobs, "levels", &levels)? } else { None },
-                fanout: if has { knobs.int("fanout")? as u32 } else { 0 },
-            })
-        };
-        let kind = match technique {
-            Technique::LightBvh(_) => TreeKind::SurfaceArea,
-            // Its strongest lights are found by walking down bounds.
-            Technique::Capped(_) => TreeKind::Median,
-            _ if !knobs.contains_key("tree") => TreeKind::None,
-            _ => match (knobs.word("tree")?, has_hierarchy) {
-                ("city", _) | ("auto", true) => city()?,
-                ("median", _) => TreeKind::Median,
-                _ => original()?,
-            },
-        };
-        Ok(Self { kind, representative })
+fn hierarchy(setting: &Setting) -> Result<TreeKind, SuiteError> {
+    let knobs = &setting.knobs;
+    let all = Levels::default();
+    if !knobs.contains_key("levels") {
+        return Ok(TreeKind::Hierarchy { levels: all, fanout: 0 });
     }
+    let known = [
+        ("all", all),
+        ("no-storeys", Levels { storey: false, ..all }),
+        ("no-facades", Levels { facade: false, ..all }),
+        ("no-buildings", Levels { building: false, ..all }),
+        ("no-blocks", Levels { block: false, ..all }),
+    ];
+    let levels = choice(knobs, "levels", &known)?;
+    Ok(TreeKind::Hierarchy { levels, fanout: knobs.int("fanout")? as u32 })
 }
