@@ -133,6 +133,8 @@ pub fn make<'g>(
         (Form::Cpu, Technique::Clustered(settings)) => {
             Ok(Box::new(crate::clustered::Cpu::new(world, settings)?))
         }
-        _ => Err(LightsError::value(format!("{technique:?}"), format!("has no {form:?} form"))),
+        (Form::Gpu, Technique::LightBvh(_) | Technique::StochasticLightcuts(_)) => {
+            gpu::sampler(gpu::scene_of(scene, world)?, technique, tree)
+        }
     }
 }

@@ -5,6 +5,7 @@ mod cut;
 mod kernel;
 mod lightcuts;
 mod reservoirs;
+mod sample;
 mod scene;
 mod tree;
 
@@ -14,6 +15,7 @@ pub use tree::Tree;
 pub(crate) use brute::brute_force;
 pub(crate) use cut::cut;
 pub(crate) use reservoirs::OnDevice as OnDeviceReservoirs;
+pub(crate) use sample::sampler;
 
 use crate::{LightsError, World};
 use std::sync::Arc;
