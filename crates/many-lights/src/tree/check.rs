@@ -112,22 +112,24 @@ impl LightTree {
 
     /// The cone of every node holds the axes of the lights below.
     fn check_cones(&self, lights: &[Light]) -> Result<(), LightsError> {
-        let mut above: Vec<usize> = Vec::new();
+        // Clusters above with the cosines of their cones: most lights lie clearly within.
+        let mut above: Vec<(usize, f64)> = Vec::new();
         for (index, node) in self.nodes.iter().enumerate() {
-            above.retain(|&a| a + self.nodes[a].size as usize > index);
+            above.retain(|&(a, _)| a + self.nodes[a].size as usize > index);
             if !node.is_leaf() {
-                above.push(index);
+                above.push((index, node.cone_rad.cos()));
                 continue;
             }
             let light = &lights[node.light as usize];
             if light.emission == Emission::Omni {
                 continue;
             }
-            let narrow = |&&a: &&usize| {
+            let narrow = |&&(a, cosine): &&(usize, f64)| {
                 let cluster = &self.nodes[a];
-                angle(cluster.axis, light.axis) > cluster.cone_rad + ANGLE
+                cluster.axis.dot(light.axis) < cosine + ANGLE
+                    && angle(cluster.axis, light.axis) > cluster.cone_rad + ANGLE
             };
-            if let Some(cluster) = above.iter().find(narrow) {
+            if let Some((cluster, _)) = above.iter().find(narrow) {
                 let limit = format!("its cone does not hold the axis of light {}", node.light);
                 return Err(LightsError::value(format!("node {cluster} of the light tree"), limit));
             }

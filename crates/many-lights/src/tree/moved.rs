@@ -66,9 +66,9 @@ impl LightTree {
         let holds = |index: usize| (index..index + self.nodes[index].size as usize).contains(&leaf);
         let mut way = Vec::new();
         let mut visits = 0;
-        let mut next = self.roots.iter().map(|&root| root as usize).find(|&root| holds(root));
+        let mut roots = self.roots.iter().map(|&root| root as usize).inspect(|_| visits += 1);
+        let mut next = roots.find(|&root| holds(root));
         while let Some(index) = next {
-            visits += 1;
             way.push(index);
             next = children(&self.nodes, index).inspect(|_| visits += 1).find(|&c| holds(c));
         }

