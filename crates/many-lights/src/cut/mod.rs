@@ -1,5 +1,6 @@
 //! Cuts through light trees: which clusters stand for all lights at a pixel.
 
+pub mod band;
 mod cpu;
 mod given;
 mod lightcuts;
