@@ -24,6 +24,6 @@ mod reference;
 pub use cells::{Cell, cells, tile_cells};
 pub use cpu::Cpu;
 pub use grid::{Grid, MAX_CELLS};
-pub use hierarchy::{Group, Hierarchy};
+pub use hierarchy::{FAN, Group, Hierarchy};
 pub use reach::{Reach, reach_m, window};
 pub use reference::{Lists, Reference, lists};

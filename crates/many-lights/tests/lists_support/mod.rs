@@ -19,7 +19,7 @@ pub fn all_emissions() -> Vec<Vec<Emission>> {
     ]
 }
 
-/// A frame in a form without a tree or a device.
+/// A frame in a form without a device.
 pub fn shaded(
     form: Form,
     technique: &Technique,
@@ -27,9 +27,9 @@ pub fn shaded(
     frame: usize,
     count: bool,
 ) -> Shaded {
+    let tree = LightTree::median(&world.lights).unwrap();
     let mut lighting =
-        make(form, technique, &Arc::new(world.clone()), &Arc::new(LightTree::default()), None)
-            .unwrap();
+        make(form, technique, &Arc::new(world.clone()), &Arc::new(tree), None).unwrap();
     lighting.reset(1).unwrap();
     lighting.shade(frame, count).unwrap();
     let mut shaded = Shaded::default();
