@@ -4,11 +4,13 @@ mod brute;
 mod cut;
 mod kernel;
 mod lightcuts;
+mod occluders;
 mod reservoirs;
 mod sample;
 mod scene;
 mod tree;
 
+pub use occluders::{LIFT, Occluders};
 pub use scene::{FrameParams, Output, PackedLight, Scene, TILE};
 pub use tree::Tree;
 
@@ -20,11 +22,25 @@ pub(crate) use sample::sampler;
 use crate::{LightsError, World};
 use std::sync::Arc;
 
+/// The scene that the device's form of a technique without shadow rays is made from.
+///
+/// # Errors
+/// As [`scene_with_shadows`]; a world with occluders.
+pub(crate) fn scene_of<'a, 'g>(
+    scene: Option<&'a Arc<Scene<'g>>>,
+    world: &Arc<World>,
+) -> Result<&'a Arc<Scene<'g>>, LightsError> {
+    if world.occluders.is_some() {
+        return Err(LightsError::value("gpu form", "traces no shadow rays for this technique"));
+    }
+    scene_with_shadows(scene, world)
+}
+
 /// The scene that a device's form is made from.
 ///
 /// # Errors
 /// None is given, or it is of another world.
-pub(crate) fn scene_of<'a, 'g>(
+pub(crate) fn scene_with_shadows<'a, 'g>(
     scene: Option<&'a Arc<Scene<'g>>>,
     world: &Arc<World>,
 ) -> Result<&'a Arc<Scene<'g>>, LightsError> {

@@ -1,5 +1,6 @@
 //! What all techniques share on a device, uploaded once.
 
+use super::occluders::Occluders;
 use crate::{Frame, Light, LightsError, World, bound::packed::clamp_squared};
 use bytemuck::{Pod, Zeroable};
 use dapple_gpu::{Gpu, GpuError, wgpu};
@@ -46,13 +47,14 @@ pub struct FrameParams {
     pub pad: [u32; 3],
 }
 
-/// Points of every frame, and the lights.
+/// Points of every frame, the lights, and what casts shadows.
 pub struct Scene<'g> {
     /// The device.
     pub gpu: &'g Gpu,
     /// What was uploaded.
     pub world: Arc<World>,
     lights: wgpu::Buffer,
+    occluders: Occluders,
     frames: Vec<(wgpu::Buffer, wgpu::Buffer)>,
     greatest: u64,
 }
@@ -84,16 +86,14 @@ impl<'g> Scene<'g> {
     /// Uploads the frames' points and the lights.
     ///
     /// # Errors
-    /// A buffer or a dispatch over a limit of the device, by name; worlds with occluders, since
-    /// kernels trace no rays.
+    /// A buffer or a dispatch over a limit of the device, by name; occluders that are not traced on
+    /// a device ([`Occluders::new`]).
     pub fn new(gpu: &'g Gpu, world: &Arc<World>) -> Result<Self, LightsError> {
-        if world.occluders.is_some() {
-            return Err(LightsError::value("occluders", "are not traced on a device"));
-        }
         let count = u32::try_from(world.lights.len())
             .map_err(|_| LightsError::value("lights", "more than 2^32 - 1 are not supported"))?;
         let lights: Vec<_> = world.lights.iter().map(Light::pack).collect();
         let lights = storage(gpu, "lights", &lights)?;
+        let occluders = Occluders::new(gpu, world)?;
         let mut frames = Vec::with_capacity(world.frames.len());
         for (index, frame) in world.frames.iter().enumerate() {
             check_tiles(gpu, index, frame)?;
@@ -109,7 +109,8 @@ impl<'g> Scene<'g> {
             frames.push((points, gpu.uniform("frame", &params)?));
         }
         let greatest = world.frames.iter().map(|frame| frame.points.len() as u64).max();
-        Ok(Self { gpu, world: Arc::clone(world), lights, frames, greatest: greatest.unwrap_or(0) })
+        let (world, greatest) = (Arc::clone(world), greatest.unwrap_or(0));
+        Ok(Self { gpu, world, lights, occluders, frames, greatest })
     }
 
     /// Number of frames.
@@ -136,6 +137,17 @@ impl<'g> Scene<'g> {
     /// All lights: `array<Light>`, at least one element.
     pub fn lights(&self) -> &wgpu::Buffer {
         &self.lights
+    }
+
+    /// What casts shadows.
+    pub fn occluders(&self) -> &Occluders {
+        &self.occluders
+    }
+
+    /// Group 2 of `common/lights_shadow.wgsl`, for a pipeline whose entry point calls `sees`.
+    pub fn bind_shadows(&self, pipeline: &wgpu::ComputePipeline) -> wgpu::BindGroup {
+        let [params, nodes, triangles] = self.occluders.buffers();
+        self.gpu.bind(pipeline, 2, &[params, nodes, triangles, &self.lights])
     }
 
     /// Pixels of the largest frame.
