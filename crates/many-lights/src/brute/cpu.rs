@@ -1,7 +1,9 @@
 //! The same in f32, all cores: lights are gone through in blocks that stay in the caches while a tile
 //! of pixels reads them.
 
-use super::chunk::{Chunk, DIRECTIONAL, LANES, Lanes, OMNI, ORIENTED, SPOT, chunks, weights};
+use super::block::{
+    BLOCK, Block, DIRECTIONAL, LANES, Numbers, OMNI, ORIENTED, SPOT, blocks, weigh,
+};
 use crate::{
     Frame, Lighting, LightsError, Point, Shaded, Times, Work, World, bound::packed::clamp_squared,
     cut::tile,
@@ -11,14 +13,10 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Chunks of a block: 1,024 lights are 45 KiB, which second-level caches hold; a block's sum of 64
-/// numbers a lane loses little in f32, and blocks are added in f64.
-const BLOCK: usize = 64;
-
-/// Every light at every pixel, sixteen at a time.
+/// Every light at every pixel, as many at once as the instructions at hand allow.
 pub struct Cpu {
     world: Arc<World>,
-    kinds: [Vec<Chunk>; 4],
+    kinds: [Vec<Block>; 4],
     tiles: Vec<Tile>,
     /// Columns and rows of the last frame, pixels.
     size: (u32, u32),
@@ -42,7 +40,7 @@ impl Cpu {
         let most = world.frames.iter().map(tiles).max().unwrap_or(0);
         Self {
             world: Arc::clone(world),
-            kinds: chunks(&world.lights),
+            kinds: blocks(&world.lights),
             tiles: vec![Tile { radiance: [Vec3::ZERO; tile::LANES], rays: 0 }; most],
             size: (0, 0),
             work: Work::default(),
@@ -99,8 +97,8 @@ impl Lighting for Cpu {
     }
 
     fn bytes(&self) -> u64 {
-        let chunks: usize = self.kinds.iter().map(|kind| size_of_val(kind.as_slice())).sum();
-        (chunks + size_of_val(self.tiles.as_slice())) as u64
+        let blocks: usize = self.kinds.iter().map(|kind| size_of_val(kind.as_slice())).sum();
+        (blocks + size_of_val(self.tiles.as_slice())) as u64
     }
 }
 
@@ -110,7 +108,7 @@ impl Lighting for Cpu {
     "x86_64+sse4.1",
 ))]
 fn light_tile(
-    kinds: &[Vec<Chunk>; 4],
+    kinds: &[Vec<Block>; 4],
     points: &[Point; tile::LANES],
     world: &World,
     out: &mut Tile,
@@ -128,41 +126,48 @@ fn light_tile(
 
 #[inline(always)]
 fn light_kind<const KIND: usize>(
-    chunks: &[Chunk],
+    blocks: &[Block],
     points: &[Point; tile::LANES],
     world: &World,
     sums: &mut [DVec3; tile::LANES],
     rays: &mut u64,
 ) {
     let clamp_squared = clamp_squared(world.clamp_m);
-    for block in chunks.chunks(BLOCK) {
+    let mut weights = [0.0; BLOCK];
+    for block in blocks {
         for (point, sum) in points.iter().zip(sums.iter_mut()).filter(|(p, _)| p.is_there()) {
-            let mut lanes = [[0.0; LANES]; 3];
-            for chunk in block {
-                let mut weights = weights::<KIND>(chunk, point, clamp_squared);
-                if world.occluders.is_some() {
-                    *rays += hide(&mut weights, chunk, point, world);
-                }
-                for (lanes, intensity) in lanes.iter_mut().zip(&chunk.intensity) {
-                    for i in 0..LANES {
-                        lanes[i] += weights[i] * intensity[i];
-                    }
-                }
+            weigh::<KIND>(block, point, clamp_squared, &mut weights);
+            if world.occluders.is_some() {
+                *rays += hide(&mut weights, block, point, world);
             }
-            *sum += DVec3::from_array(lanes.map(|lanes| f64::from(lanes.iter().sum::<f32>())));
+            for (sum, intensity) in sum.as_mut().iter_mut().zip(&block.intensity) {
+                *sum += f64::from(weighted(&weights[..block.used], &intensity[..block.used]));
+            }
         }
     }
 }
 
+/// The sum of products: at most 64 numbers a lane, which loses little in f32.
+#[inline(always)]
+fn weighted(weights: &[f32], intensity: &[f32]) -> f32 {
+    let mut lanes = [0.0; LANES];
+    for (weights, intensity) in weights.chunks_exact(LANES).zip(intensity.chunks_exact(LANES)) {
+        for i in 0..LANES {
+            lanes[i] += weights[i] * intensity[i];
+        }
+    }
+    lanes.iter().sum()
+}
+
 /// Takes away what a point does not see, by a ray to every light that would reach it: their number.
 #[inline(never)]
-fn hide(weights: &mut Lanes, chunk: &Chunk, point: &Point, world: &World) -> u64 {
+fn hide(weights: &mut Numbers, block: &Block, point: &Point, world: &World) -> u64 {
     let mut rays = 0;
-    for (lane, weight) in weights.iter_mut().enumerate() {
-        let gives = |k: usize| point.albedo[k] * chunk.intensity[k][lane] > 0.0;
+    for (place, weight) in weights[..block.used].iter_mut().enumerate() {
+        let gives = |k: usize| point.albedo[k] * block.intensity[k][place] > 0.0;
         if *weight > 0.0 && (0..3).any(gives) {
             rays += 1;
-            if !world.sees(point, &world.lights[chunk.lights[lane] as usize]) {
+            if !world.sees(point, &world.lights[block.lights[place] as usize]) {
                 *weight = 0.0;
             }
         }

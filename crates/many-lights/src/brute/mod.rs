@@ -4,7 +4,7 @@
 //! summed over all lights.
 //! Deviations: none.
 
-mod chunk;
+mod block;
 mod cpu;
 mod reference;
 
