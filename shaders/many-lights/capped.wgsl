@@ -23,8 +23,8 @@ fn light(
     if point.object != NOTHING {
         head = heads[tile.y * tiles.x + tile.x];
         for (var i = head.x; i < head.x + head.y; i++) {
-            let of = leaf_of(lights[list[i]], list[i]);
-            sum = added(sum, estimate(of, point, frame.clamp_squared));
+            let node = leaf_of(lights[list[i]], list[i]);
+            sum = added(sum, estimate(node, point, frame.clamp_squared));
         }
     }
     radiance[pixel] = vec4<f32>(result_of(sum), 0.0);

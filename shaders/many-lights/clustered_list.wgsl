@@ -66,8 +66,8 @@ fn lists(
     }
     var count = 0u;
     for (var g = lane; g < params.groups; g += LANES) {
-        let of = light_groups[g];
-        if touches(of.low, of.high, box, of.reach_squared) {
+        let near = light_groups[g];
+        if touches(near.low, near.high, box, near.reach_squared) {
             for (var i = g * FAN; i < min((g + 1u) * FAN, params.lights); i++) {
                 count += select(0u, 1u, light_touches(lights[i], box));
             }
@@ -91,8 +91,8 @@ fn lists(
     workgroupBarrier();
     var at = firsts[lane];
     for (var g = lane; g < params.groups; g += LANES) {
-        let of = light_groups[g];
-        if touches(of.low, of.high, box, of.reach_squared) {
+        let near = light_groups[g];
+        if touches(near.low, near.high, box, near.reach_squared) {
             for (var i = g * FAN; i < min((g + 1u) * FAN, params.lights); i++) {
                 if light_touches(lights[i], box) {
                     // Always so but when lists are measured: there is no room yet.
