@@ -3,18 +3,17 @@
 
 @group(1) @binding(0) var<storage, read> nodes: array<LightNode>;
 @group(1) @binding(1) var<storage, read> starts: array<u32>;
-// From and to in `starts`: of the roots, then of object 0, 1, ...
+// First and number in `starts`: of the roots, then of object 0, 1, ...
 @group(1) @binding(2) var<storage, read> ranges: array<vec2<u32>>;
 
 // Which form bounds have: 0 Walter's, 1 the cheap one.
 override FORM: u32 = 1u;
 
-// Where an object's walks start; at the roots where it has no range of its own.
+// From and to in `starts` for an object; the roots' where it has no range of its own.
 fn range_of(object: u32) -> vec2<u32> {
-    if object >= arrayLength(&ranges) - 1u {
-        return ranges[0];
-    }
-    return ranges[object + 1u];
+    let place = select(object + 1u, 0u, object >= arrayLength(&ranges) - 1u);
+    let range = ranges[place];
+    return vec2<u32>(range.x, range.x + range.y);
 }
 
 fn greatest(colour: vec3<f32>) -> f32 {

@@ -24,14 +24,15 @@ struct RuleParams {
     pad: [u32; 3],
 }
 
-/// Makes cuts.
+/// Cuts as `given` says, from its starts.
 ///
 /// # Errors
 /// A tree or a cut over a limit of the device, by name; lights other than the scene's.
-pub(crate) fn cut<'g>(
+pub fn cut<'g>(
     scene: &Arc<Scene<'g>>,
     given: &Given,
 ) -> Result<Box<dyn Lighting + 'g>, LightsError> {
+    let scene = super::scene_of(Some(scene), &given.world)?;
     let tree = Tree::new(scene.gpu, &given.tree.pack(), &given.starts)?;
     let (path, limit, form, relative) = match given.method {
         Method::Worst(settings) => return lightcuts(scene, given, &tree, &settings),

@@ -15,7 +15,7 @@ pub use scene::{FrameParams, Output, PackedLight, Scene, TILE};
 pub use tree::Tree;
 
 pub(crate) use brute::brute_force;
-pub(crate) use cut::cut;
+pub use cut::cut;
 pub(crate) use reservoirs::OnDevice as OnDeviceReservoirs;
 pub(crate) use sample::sampler;
 

@@ -12,7 +12,7 @@ pub struct Tree {
     pub nodes: wgpu::Buffer,
     /// `array<u32>`: nodes that walks start from; at least one element.
     pub starts: wgpu::Buffer,
-    /// `array<vec2<u32>>`: from and to in `starts`, of the roots, then of object 0, 1, ...; an
+    /// `array<vec2<u32>>`: first and number in `starts`, of the roots, then of object 0, 1, ...; an
     /// object beyond the end starts from the roots.
     pub ranges: wgpu::Buffer,
 }
