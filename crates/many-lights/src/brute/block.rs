@@ -10,14 +10,13 @@ use std::f32::consts::PI;
 /// Most lights of a block: 45 KiB, which second-level caches hold.
 pub(super) const BLOCK: usize = 1024;
 
-/// Numbers that are added side by side.
-pub(super) const LANES: usize = 16;
+/// Numbers that are added side by side: loops over fewer are unrolled before they become vectors.
+pub(super) const LANES: usize = 64;
 
 /// A number a light.
 pub(super) type Numbers = [f32; BLOCK];
 
-/// Lights of one kind, those beyond its number dark. One array a number, and a loop over all of
-/// them: loops over 16 alone are unrolled before they would become vectors.
+/// Lights of one kind, those beyond its number dark. One array a number.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     /// How many are gone through: a multiple of [`LANES`].
