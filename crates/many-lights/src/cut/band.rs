@@ -45,7 +45,8 @@ impl Rule {
                 estimate + epsilon as f32 * estimate
             }
         };
-        node.size == 1 || !(packed::point(form, node, point, clamp_squared) > limit)
+        let is_split = node.size > 1 && packed::point(form, node, point, clamp_squared) > limit;
+        !is_split
     }
 }
 

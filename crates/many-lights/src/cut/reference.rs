@@ -103,7 +103,8 @@ impl Reference {
         self.nodes.clear();
         walk(tree, starts.of(first.object), |index, node| {
             let bounded = || bound::region(form, node, &region, world.clamp_m);
-            let taken = node.is_leaf() || !(bounded() > threshold);
+            let is_split = !node.is_leaf() && bounded() > threshold;
+            let taken = !is_split;
             walked.look(node.is_leaf(), false);
             if taken {
                 self.nodes.push(index);

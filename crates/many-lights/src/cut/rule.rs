@@ -75,7 +75,8 @@ impl Rule {
             Self::Absolute(_) => Look { taken: true, estimate: estimate(), bound },
             Self::Relative(_) => {
                 let estimate = estimate();
-                Look { taken: !(bound > self.limit(estimate.max_element())), estimate, bound }
+                let is_split = bound > self.limit(estimate.max_element());
+                Look { taken: !is_split, estimate, bound }
             }
         }
     }

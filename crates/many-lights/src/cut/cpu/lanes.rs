@@ -22,7 +22,8 @@ pub(super) struct Points {
 }
 
 impl Points {
-    fn set(&mut self, lane: usize, point: &Point) {
+    /// A lane becomes a point.
+    pub(super) fn set(&mut self, lane: usize, point: &Point) {
         for axis in 0..3 {
             self.position[axis][lane] = point.position[axis];
             self.normal[axis][lane] = point.normal[axis];

@@ -1,4 +1,5 @@
 //! Cuts in f32, in parallel over rows of tiles. Nothing is allocated while a frame is lit.
+#![allow(clippy::needless_range_loop, reason = "lanes side by side become vectors")]
 
 mod lanes;
 mod packet;

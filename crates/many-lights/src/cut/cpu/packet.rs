@@ -143,8 +143,9 @@ pub(super) fn by_tile<const COUNT: bool>(
         while index < end {
             let node = &walk.nodes[index as usize];
             let leaf = node.size == 1;
-            let taken =
-                leaf || !(packed::region(walk.form, node, region, walk.clamp_squared) > limit);
+            let is_split =
+                !leaf && packed::region(walk.form, node, region, walk.clamp_squared) > limit;
+            let taken = !is_split;
             if COUNT {
                 lit.work.bounds += u64::from(!leaf);
                 lit.work.lights += if leaf { count } else { 0 };

@@ -225,3 +225,71 @@ impl Closest {
         if squared < packed::NOWHERE { 0.0 } else { angle }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{LightTree, Point, sample::Random, worlds};
+    use glam::DVec3;
+
+    /// Nodes of every kind, and points around, in and on their boxes.
+    fn cases() -> (Vec<PackedNode>, Vec<Point>) {
+        let spot = |half_angle_rad| Emission::Spot { half_angle_rad };
+        let emissions = vec![
+            Emission::Omni,
+            Emission::Oriented,
+            worlds::WINDOW,
+            spot(3.0),
+            Emission::Directional,
+        ];
+        let cloud = worlds::Cloud { lights: 200, emissions, ..worlds::Cloud::default() };
+        let lights = worlds::cloud(&cloud).world.lights;
+        let nodes = LightTree::median(&lights).unwrap().pack().nodes;
+        let mut random = Random::new(3, 0, 0);
+        let mut vector = || {
+            let mut one = || 2.0 * random.unit() - 1.0;
+            Vec3::new(one(), one(), one())
+        };
+        let mut points = Vec::new();
+        for index in 0..40 * WIDTH {
+            let node = &nodes[index % nodes.len()];
+            let position = match index % 4 {
+                0 => node.position,
+                1 => node.min,
+                2 => node.max + vector() * 1e-3,
+                _ => vector() * 20.0,
+            };
+            let straight = DVec3::X.as_vec3();
+            let normal = if index % 5 == 0 { straight } else { vector().normalize() };
+            let albedo = vector().abs();
+            points.push(Point { position, normal, albedo, ..Point::default() });
+        }
+        (nodes, points)
+    }
+
+    #[test]
+    fn eight_lanes_compute_the_bits_of_one() {
+        let (nodes, all) = cases();
+        let (mut compared, mut lit) = (0, 0);
+        for points in all.chunks(WIDTH) {
+            let mut row = Points::default();
+            points.iter().enumerate().for_each(|(lane, point)| row.set(lane, point));
+            for node in &nodes {
+                let estimates = estimates(node, &row, 0.01);
+                for form in [BoundForm::Cheap, BoundForm::Walter] {
+                    let bounds = bounds(form, node, &row, 0.01);
+                    for (lane, point) in points.iter().enumerate() {
+                        let bound = packed::point(form, node, point, 0.01);
+                        assert_eq!(bounds[lane], bound, "{form:?} {node:?} {point:?}");
+                        let estimate = packed::estimate(node, point, 0.01);
+                        let found = Vec3::from_array(estimates.map(|channel| channel[lane]));
+                        assert_eq!(found, estimate, "{node:?} {point:?}");
+                        compared += 1;
+                        lit += usize::from(estimate != Vec3::ZERO);
+                    }
+                }
+            }
+        }
+        assert!(compared > 100_000 && lit > 10_000, "{compared}, {lit}");
+    }
+}
