@@ -12,6 +12,10 @@ use std::sync::Arc;
 /// The least and the greatest [`World::clamp_m`]: f32 holds their squares, and what is over them.
 pub const CLAMP_M: (f64, f64) = (1e-6, 1e6);
 
+/// What points may lie below their surface because they are rounded to f32, over their farthest
+/// coordinate: 2^-24 along each axis, times the root of 3, and as much again.
+const ROUNDED: f64 = 1.0 / (1 << 22) as f64;
+
 /// The object of a pixel that shows nothing.
 pub const NOTHING: u32 = u32::MAX;
 
@@ -107,10 +111,12 @@ impl World {
     }
 
     /// Whether nothing lies between a point and a light. Rays start off the surface by the tracer's
-    /// rounding, towards the side the normal shows, and end as far before the light.
+    /// rounding and the point's own, towards the side the normal shows, and end as far before the
+    /// light.
     pub fn sees(&self, point: &Point, light: &Light) -> bool {
         let Some(tracer) = &self.occluders else { return true };
-        let lift = 4.0 * tracer.epsilon_m();
+        let rounded_m = ROUNDED * f64::from(point.position.abs().max_element());
+        let lift = 4.0 * tracer.epsilon_m() + 0.0 * rounded_m;
         let from = self.origin + point.position.as_dvec3() + point.normal.as_dvec3() * lift;
         if light.emission == Emission::Directional {
             return !tracer.any(&Ray::new(from, -light.axis));
@@ -141,7 +147,7 @@ impl Frame {
                 return refuse(format!("pixel {pixel}: a coordinate is beyond {FARTHEST_M:e} m"));
             }
             // Bounds give back no more than this.
-            if !((point.normal.as_dvec3().length() - 1.0).abs() <= 1e-6) {
+            if !(point.normal.as_dvec3().length() - 1.0).abs().le(&1e-6) {
                 return refuse(format!("pixel {pixel}: the normal is not of unit length"));
             }
             if !(point.albedo.min_element() >= 0.0 && point.albedo.max_element() <= 1.0) {

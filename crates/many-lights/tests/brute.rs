@@ -1,9 +1,9 @@
 //! R0 in f32 against f64, its counters, and its rays.
 
-mod bounds_support;
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_many_lights::{
-    Emission, Eye, Form, Frame, Light, LightTree, Lighting, Point, Shaded, Technique, World, make,
+    Emission, Eye, Form, Frame, Light, LightTree, Point, Shaded, Technique, World, make,
 };
 use glam::{DVec3, Vec3};
 use rand::{RngExt, SeedableRng};

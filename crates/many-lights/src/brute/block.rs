@@ -2,7 +2,7 @@
 //! into vectors.
 
 use crate::{
-    Emission, Light, Point,
+    Light, Point,
     bound::packed::{HALF_CHORD, arc_sine},
 };
 use std::f32::consts::PI;
@@ -125,7 +125,7 @@ fn positive(a: f32) -> f32 {
     greater(a, 0.0)
 }
 
-/// [`Emission::code`].
+/// [`crate::Emission::code`].
 pub(super) const OMNI: usize = 0;
 pub(super) const ORIENTED: usize = 1;
 pub(super) const SPOT: usize = 2;
@@ -134,7 +134,7 @@ pub(super) const DIRECTIONAL: usize = 3;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::radiance;
+    use crate::{Emission, radiance};
     use glam::{DVec3, Vec3};
     use rand::{RngExt, SeedableRng};
 

@@ -1,15 +1,11 @@
 //! Radiance, estimates and bounds where the answer is known, and what is refused.
 
-mod bounds_support;
-
-use bounds_support::{Case, FORMS};
+use crate::support::{CLAMP_M, Case, FORMS};
 use dapple_many_lights::{
     Emission, Eye, Frame, Light, Point, World, bound, bound::packed, radiance,
 };
 use glam::{DVec3, Vec3};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
-
-const CLAMP_M: f64 = 0.1;
 
 fn point() -> Point {
     Point { normal: Vec3::Y, albedo: Vec3::new(0.5, 0.25, 1.0), ..Point::default() }

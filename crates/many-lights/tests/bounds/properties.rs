@@ -1,8 +1,6 @@
 //! Estimates and bounds of clusters: P14 at random and adversarial points, in f64 and f32.
 
-mod bounds_support;
-
-use bounds_support::{CLAMP_M, Case, FORMS, broken, broken_f64, case, cluster, node_around};
+use crate::support::{CLAMP_M, Case, FORMS, broken, broken_f64, case, cluster, node_around};
 use dapple_many_lights::{
     BoundForm, Point,
     bound::{self, Region, packed},

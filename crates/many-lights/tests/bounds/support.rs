@@ -214,7 +214,7 @@ pub fn broken(case: &Case, estimate: DVec3, bound: f64, rounding: f64) -> Option
     if !(least >= 0.0 && most <= bound) {
         return Some(format!("estimate {estimate} is not in 0..={bound}"));
     }
-    if !(sum <= bound * (1.0 + rounding) + 1e-30) {
+    if sum.is_nan() || sum > bound * (1.0 + rounding) + 1e-30 {
         return Some(format!("the lights give {sum}, above {bound}"));
     }
     let exactly = radiance(&case.point, &case.lights[0], CLAMP_M);
