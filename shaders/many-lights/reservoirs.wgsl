@@ -158,56 +158,38 @@ struct Merge {
     light: u32,
     // The target of that light.
     kept: f32,
-    // Which of the others it is from; NONE where it is the pixel's own.
-    source: u32,
     count: u32,
-    // Target of the light where it was drawn, and the sum of all that could have drawn it.
+}
+
+// M p of a light where it was drawn, and summed over all that are merged.
+struct Could {
     did: f32,
-    could: f32,
+    sum: f32,
 }
 
-fn started(point: Point, own: Reservoir) -> Merge {
-    var merge = Merge(0.0, 0u, 0.0, NONE, own.count, 0.0, 0.0);
-    if own.weight > 0.0 {
-        merge.light = own.light;
-        merge.kept = target_of(point, own.light);
-        merge.sum = merge.kept * own.weight * f32(own.count);
+// Takes the pixel's own reservoir first; `could` is ignored where merging is biased.
+fn started(own: Reservoir, target_here: f32, could: Could) -> Merge {
+    let weight = target_here * own.weight * part_of(own, could);
+    return Merge(weight, own.light, target_here, own.count);
+}
+
+// How much a reservoir counts for.
+fn part_of(reservoir: Reservoir, could: Could) -> f32 {
+    if params.unbiased == 0u {
+        return f32(reservoir.count);
     }
-    return merge;
+    return could.did / could.sum;
 }
 
-fn offered(before: Merge, point: Point, other: Reservoir, which: u32, unit: f32) -> Merge {
+// Takes or leaves another's light, by chance.
+fn offered(before: Merge, other: Reservoir, target_here: f32, could: Could, unit: f32) -> Merge {
     var merge = before;
-    if COUNT {
-        counted.y += 1u;
-    }
-    merge.count += other.count;
-    if other.weight == 0.0 {
-        return merge;
-    }
-    let target_here = target_of(point, other.light);
-    let weight = target_here * other.weight * f32(other.count);
+    let weight = target_here * other.weight * part_of(other, could);
     merge.sum += weight;
     if unit * merge.sum < weight {
         merge.light = other.light;
         merge.kept = target_here;
-        merge.source = which;
     }
-    return merge;
-}
-
-// Once all were offered: whether those that could have drawn the light have to be weighed.
-fn is_weighed(merge: Merge) -> bool {
-    return merge.kept != 0.0 && params.unbiased != 0u;
-}
-
-fn weighed(before: Merge, there: Point, other: Reservoir, which: u32) -> Merge {
-    var merge = before;
-    let target_there = target_of(there, merge.light);
-    if merge.source == which {
-        merge.did = target_there;
-    }
-    merge.could += f32(other.count) * target_there;
     return merge;
 }
 
@@ -215,11 +197,10 @@ fn ended(merge: Merge) -> Reservoir {
     if merge.kept == 0.0 {
         return empty(merge.count);
     }
+    var weight = merge.sum / merge.kept;
     if params.unbiased == 0u {
-        let weight = merge.sum / (merge.kept * f32(merge.count));
-        return reservoir_of(merge.light, merge.count, weight);
+        weight /= f32(merge.count);
     }
-    let weight = merge.sum / merge.kept * (merge.did / merge.could);
     return reservoir_of(merge.light, merge.count, weight);
 }
 
@@ -288,19 +269,67 @@ fn temporal(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     other.count = min(other.count, params.history);
+    if COUNT {
+        counted.y += 1u;
+    }
     start_random(params.seed_temporal, frame.frame, pixel);
     let own = now[pixel];
-    var merge = started(point, own);
-    merge = offered(merge, point, other, 0u, random_unit());
-    if is_weighed(merge) {
-        merge.did = merge.kept;
-        merge.could = f32(own.count) * merge.kept;
-        merge = weighed(merge, there, other, 0u);
+    var merge = Merge(0.0, 0u, 0.0, own.count);
+    if own.weight > 0.0 {
+        let target_here = target_of(point, own.light);
+        var could = Could(f32(own.count) * target_here, 0.0);
+        if params.unbiased != 0u {
+            could.sum = could.did + f32(other.count) * target_of(there, own.light);
+        }
+        merge = started(own, target_here, could);
+    }
+    merge.count += other.count;
+    if other.weight > 0.0 {
+        let target_here = target_of(point, other.light);
+        if target_here != 0.0 {
+            var could = Could(0.0, 0.0);
+            if params.unbiased != 0u {
+                could.did = f32(other.count) * target_of(there, other.light);
+                could.sum = f32(own.count) * target_here + could.did;
+            }
+            merge = offered(merge, other, target_here, could, random_unit());
+        }
     }
     now[pixel] = ended(merge);
     if COUNT {
         counts[pixel] += vec4<u32>(counted, 0u, 0u);
     }
+}
+
+// The next neighbour of the stream that is merged, if it is one.
+fn next_merged(pixel: vec2<i32>, point: Point) -> u32 {
+    let place = next_neighbour(pixel);
+    if place == NONE || !is_alike(params.eye, point, points[place]) || !is_sound(now[place]) {
+        return NONE;
+    }
+    return place;
+}
+
+// M p of a light at the neighbour of number `which`, or `own`, and summed over all neighbours of the
+// stream, which goes on where it was.
+fn could_of(pixel: vec2<i32>, point: Point, light: u32, own: f32, which: u32) -> Could {
+    let resume = random_state;
+    start_random(params.seed_spatial, frame.frame, index_of(vec2<u32>(pixel)));
+    var could = Could(own, own);
+    for (var i = 0u; i < params.neighbours; i++) {
+        let place = next_merged(pixel, point);
+        random_bits();
+        if place == NONE {
+            continue;
+        }
+        let part = f32(now[place].count) * target_of(points[place], light);
+        could.sum += part;
+        if i == which {
+            could.did = part;
+        }
+    }
+    random_state = resume;
+    return could;
 }
 
 @compute @workgroup_size(TILE, TILE)
@@ -309,53 +338,53 @@ fn spatial(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = index_of(id.xy);
+    let place_here = vec2<i32>(id.xy);
     let point = points[pixel];
     let own = now[pixel];
     if point.object == NOTHING {
         last[pixel] = own;
         return;
     }
+    var merge = Merge(0.0, 0u, 0.0, own.count);
+    if own.weight > 0.0 {
+        let target_here = target_of(point, own.light);
+        var could = Could(0.0, 0.0);
+        if params.unbiased != 0u {
+            could = could_of(place_here, point, own.light, f32(own.count) * target_here, NONE);
+        }
+        merge = started(own, target_here, could);
+    }
     start_random(params.seed_spatial, frame.frame, pixel);
-    let beginning = random_state;
-    var merge = started(point, own);
     var others = 0u;
     for (var i = 0u; i < params.neighbours; i++) {
-        let place = next_neighbour(vec2<i32>(id.xy));
+        let place = next_merged(place_here, point);
         let unit = random_unit();
         if place == NONE {
             continue;
         }
+        others += 1u;
         let other = now[place];
-        if is_alike(params.eye, point, points[place]) && is_sound(other) {
-            merge = offered(merge, point, other, i, unit);
-            others += 1u;
+        merge.count += other.count;
+        if other.weight == 0.0 {
+            continue;
         }
+        let target_here = target_of(point, other.light);
+        if target_here == 0.0 {
+            continue;
+        }
+        var could = Could(0.0, 0.0);
+        if params.unbiased != 0u {
+            could = could_of(place_here, point, other.light, f32(own.count) * target_here, i);
+        }
+        merge = offered(merge, other, target_here, could, unit);
     }
     if others == 0u {
         last[pixel] = own;
         return;
     }
-    if is_weighed(merge) {
-        merge.did = merge.kept;
-        merge.could = f32(own.count) * merge.kept;
-        // The same neighbours once more.
-        random_state = beginning;
-        for (var i = 0u; i < params.neighbours; i++) {
-            let place = next_neighbour(vec2<i32>(id.xy));
-            random_unit();
-            if place == NONE {
-                continue;
-            }
-            let there = points[place];
-            let other = now[place];
-            if is_alike(params.eye, point, there) && is_sound(other) {
-                merge = weighed(merge, there, other, i);
-            }
-        }
-    }
     last[pixel] = ended(merge);
     if COUNT {
-        counts[pixel] += vec4<u32>(counted, 0u, 0u);
+        counts[pixel] += vec4<u32>(counted.x, others, 0u, 0u);
     }
 }
 

@@ -48,6 +48,20 @@ struct Other<'a> {
     unit: f32,
 }
 
+/// The light that a merge keeps so far.
+struct Kept {
+    light: u32,
+    /// At the pixel itself.
+    target: f32,
+    /// M p summed over all that are merged.
+    could: f32,
+    /// Which of the others it is from, or [`OWN`].
+    from: usize,
+}
+
+/// The pixel's own reservoir, among those that are merged.
+const OWN: usize = usize::MAX;
+
 impl Scene {
     #[inline]
     fn radiance(&self, point: &Point, light: u32) -> Vec3 {
@@ -113,44 +127,86 @@ impl Scene {
         others: impl Iterator<Item = Other<'a>> + Clone,
         work: &mut Work,
     ) -> Reservoir {
-        let mut count = own.count;
-        let (mut sum, mut light, mut target, mut from) = (0.0, 0, 0.0, usize::MAX);
+        let unbiased = self.plan.unbiased != 0;
+        let (mut count, mut sum) = (own.count, 0.0);
+        let mut kept = Kept { light: 0, target: 0.0, could: 0.0, from: OWN };
         if own.weight > 0.0 {
-            (light, target) = (own.light, self.target::<COUNT>(point, own.light, work));
-            sum = target * own.weight * own.count as f32;
+            let target = self.target::<COUNT>(point, own.light, work);
+            let did = own.count as f32 * target;
+            let (part, could) = if unbiased {
+                let (_, could) = self.could::<COUNT>(own.light, did, others.clone(), OWN, work);
+                (did / could, could)
+            } else {
+                (own.count as f32, 0.0)
+            };
+            sum = target * own.weight * part;
+            kept = Kept { light: own.light, target, could, from: OWN };
         }
         for (which, Other { reservoir, unit, .. }) in others.clone().enumerate() {
             if COUNT {
                 work.reused += 1;
             }
             count += reservoir.count;
+            let light = reservoir.light;
             if reservoir.weight == 0.0 {
                 continue;
             }
-            let target_here = self.target::<COUNT>(point, reservoir.light, work);
-            let weight = target_here * reservoir.weight * reservoir.count as f32;
-            sum += weight;
-            if unit * sum < weight {
-                (light, target, from) = (reservoir.light, target_here, which);
-            }
-        }
-        if target == 0.0 || (from != usize::MAX && !self.sees::<COUNT>(point, light, work)) {
-            return Reservoir::empty(count);
-        }
-        if self.plan.unbiased == 0 {
-            return Reservoir::of(light, count, sum / (target * count as f32));
-        }
-        let (mut did, mut could) = (target, own.count as f32 * target);
-        for (which, Other { reservoir, point: there, .. }) in others.enumerate() {
-            let target_there = self.target::<COUNT>(there, light, work);
-            if from == which {
-                did = target_there;
-            } else if target_there == 0.0 || !self.sees::<COUNT>(there, light, work) {
+            let target = self.target::<COUNT>(point, light, work);
+            if target == 0.0 {
                 continue;
             }
-            could += reservoir.count as f32 * target_there;
+            let (part, could) = if unbiased {
+                let own = own.count as f32 * target;
+                let (did, could) = self.could::<COUNT>(light, own, others.clone(), which, work);
+                (did / could, could)
+            } else {
+                (reservoir.count as f32, 0.0)
+            };
+            let weight = target * reservoir.weight * part;
+            sum += weight;
+            if unit * sum < weight {
+                kept = Kept { light, target, could, from: which };
+            }
         }
-        Reservoir::of(light, count, sum / target * (did / could))
+        let Kept { light, target, could, from } = kept;
+        if target == 0.0 || (from != OWN && !self.sees::<COUNT>(point, light, work)) {
+            return Reservoir::empty(count);
+        }
+        let mut weight = sum / target;
+        if !unbiased {
+            weight /= count as f32;
+        } else if self.world.occluders.is_some() {
+            let mut saw = own.count as f32 * target;
+            for (which, Other { reservoir, point: there, .. }) in others.enumerate() {
+                let target = self.target::<COUNT>(there, light, work);
+                if which == from || (target > 0.0 && self.sees::<COUNT>(there, light, work)) {
+                    saw += reservoir.count as f32 * target;
+                }
+            }
+            weight *= could / saw;
+        }
+        Reservoir::of(light, count, weight)
+    }
+
+    /// M p of a light at the other of number `which`, or `own`, and their sum, nothing in between.
+    #[inline]
+    fn could<'a, const COUNT: bool>(
+        &self,
+        light: u32,
+        own: f32,
+        others: impl Iterator<Item = Other<'a>>,
+        which: usize,
+        work: &mut Work,
+    ) -> (f32, f32) {
+        let (mut did, mut could) = (own, own);
+        for (index, Other { reservoir, point, .. }) in others.enumerate() {
+            let part = reservoir.count as f32 * self.target::<COUNT>(point, light, work);
+            could += part;
+            if index == which {
+                did = part;
+            }
+        }
+        (did, could)
     }
 
     /// The reservoir of the frame before where the surface was.

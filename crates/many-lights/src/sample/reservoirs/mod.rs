@@ -6,12 +6,15 @@
 //! unshadowed luminance at the pixel (the target); then it is merged with the reservoir of the frame
 //! before where the surface was, and with those of neighbours in this frame.
 //! Deviations:
-//! - Unbiased merging weighs by the balance heuristic (section 4.3, "MIS weights"): what was drawn at
-//!   pixel i counts for M_i p_i(y) / Σ M_j p_j(y) rather than 1 / Z, at the same cost and with less
-//!   noise where a neighbour could hardly draw y. Biased merging is algorithm 4: 1 / ΣM.
+//! - Unbiased merging weighs by the balance heuristic (section 4.3, "MIS weights") as it resamples:
+//!   what was drawn at pixel i counts for M_i p_i / Σ M_j p_j rather than for its share of 1 / Z at the
+//!   end. That costs an evaluation for every pair of what is merged, and leaves half the squared error
+//!   of weighing the one that was kept. Biased merging is algorithm 4: 1 / ΣM.
 //! - With occluders, p of a pixel is 0 where it does not see the light. For that to be so, the light
 //!   chosen at a merge is tested at its own pixel at once, and the reservoir emptied where it is not
-//!   seen (its M stays). The last merge's ray is the one that shading needs anyway.
+//!   seen (its M stays). The last merge's ray is the one that shading needs anyway. Rays to the other
+//!   pixels are traced for the light that was kept alone: its weight is multiplied by the sum of M p
+//!   without them over that with them, which keeps the mean.
 //! - Neighbours lie in a disc, in whole pixels without trigonometry, so that all forms choose alike:
 //!   a place of the square outside of it is halved.
 //! - Directional lights weigh as much as their irradiance over the squared half diagonal of the box

@@ -27,6 +27,36 @@ struct Other<'a> {
     unit: f64,
 }
 
+/// How readily each of those that are merged draws a light: M p, nothing in between.
+struct Could {
+    own: f64,
+    others: Vec<f64>,
+}
+
+impl Could {
+    /// `target` is that at the pixel itself.
+    fn of(
+        scene: &Reference,
+        light: u32,
+        count: u32,
+        target: f64,
+        others: &[Other],
+        work: &mut Work,
+    ) -> Self {
+        if scene.plan.unbiased == 0 {
+            return Self { own: 0.0, others: Vec::new() };
+        }
+        let part = |other: &Other| {
+            f64::from(other.reservoir.count) * scene.target(other.point, light, work)
+        };
+        Self { own: f64::from(count) * target, others: others.iter().map(part).collect() }
+    }
+
+    fn sum(&self) -> f64 {
+        self.own + self.others.iter().sum::<f64>()
+    }
+}
+
 /// The reference form.
 pub(crate) struct Reference {
     world: Arc<World>,
@@ -110,43 +140,53 @@ impl Reference {
         Reservoir::of(kept.light, count, sum / (target_of_kept * f64::from(count)))
     }
 
-    /// One of several reservoirs (algorithms 4 and 6), emptied where its light is not seen.
+    /// One of several reservoirs (algorithm 4, with MIS weights where unbiased), emptied where its
+    /// light is not seen.
     fn merge(&self, point: &Point, own: Reservoir, others: &[Other], work: &mut Work) -> Reservoir {
         let count = own.count + others.iter().map(|other| other.reservoir.count).sum::<u32>();
-        let (mut sum, mut light, mut target, mut from) = (0.0, NONE, 0.0, None);
-        if own.weight > 0.0 {
-            (light, target) = (own.light, self.target(point, own.light, work));
-            sum = target * own.weight * f64::from(own.count);
-        }
-        for (which, Other { reservoir, unit, .. }) in others.iter().enumerate() {
+        let mut sum = 0.0;
+        let mut kept = None;
+        let own_first = std::iter::once((None, own, 0.0));
+        let then =
+            others.iter().enumerate().map(|(i, other)| (Some(i), other.reservoir, other.unit));
+        for (from, reservoir, unit) in own_first.chain(then) {
             if reservoir.weight == 0.0 {
                 continue;
             }
-            let target_here = self.target(point, reservoir.light, work);
-            let weight = target_here * reservoir.weight * f64::from(reservoir.count);
-            sum += weight;
-            if unit * sum < weight {
-                (light, target, from) = (reservoir.light, target_here, Some(which));
-            }
-        }
-        if target == 0.0 || (from.is_some() && !self.sees(point, light, work)) {
-            return Reservoir::empty(count);
-        }
-        if self.plan.unbiased == 0 {
-            return Reservoir::of(light, count, sum / (target * f64::from(count)));
-        }
-        // Who else could have drawn this light, and how readily: p is 0 where it is not seen.
-        let (mut did, mut could) = (target, f64::from(own.count) * target);
-        for (which, Other { reservoir, point: there, .. }) in others.iter().enumerate() {
-            let target_there = self.target(there, light, work);
-            if from == Some(which) {
-                did = target_there;
-            } else if target_there == 0.0 || !self.sees(there, light, work) {
+            let target = self.target(point, reservoir.light, work);
+            if target == 0.0 {
                 continue;
             }
-            could += f64::from(reservoir.count) * target_there;
+            let could = Could::of(self, reservoir.light, own.count, target, others, work);
+            let part = if self.plan.unbiased == 0 {
+                f64::from(reservoir.count) / f64::from(count)
+            } else {
+                from.map_or(could.own, |i| could.others[i]) / could.sum()
+            };
+            let weight = target * reservoir.weight * part;
+            sum += weight;
+            // The first is kept whatever its unit: 0 is less than its weight.
+            if unit * sum < weight {
+                kept = Some((reservoir.light, target, from, could));
+            }
         }
-        Reservoir::of(light, count, sum / target * (did / could))
+        let Some((light, target, from, could)) = kept else { return Reservoir::empty(count) };
+        if from.is_some() && !self.sees(point, light, work) {
+            return Reservoir::empty(count);
+        }
+        let mut weight = sum / target;
+        if self.plan.unbiased != 0 && self.world.occluders.is_some() {
+            // Those that do not see the light could not have drawn it.
+            let mut seen = could.own;
+            for (i, Other { reservoir, point: there, .. }) in others.iter().enumerate() {
+                let target = self.target(there, light, work);
+                if Some(i) == from || (target > 0.0 && self.sees(there, light, work)) {
+                    seen += f64::from(reservoir.count) * target;
+                }
+            }
+            weight *= could.sum() / seen;
+        }
+        Reservoir::of(light, count, weight)
     }
 
     /// This frame's reservoir merged with the one before's where the surface was.
