@@ -116,7 +116,7 @@ impl World {
     pub fn sees(&self, point: &Point, light: &Light) -> bool {
         let Some(tracer) = &self.occluders else { return true };
         let rounded_m = ROUNDED * f64::from(point.position.abs().max_element());
-        let lift = 4.0 * tracer.epsilon_m() + 0.0 * rounded_m;
+        let lift = 4.0 * tracer.epsilon_m() + rounded_m;
         let from = self.origin + point.position.as_dvec3() + point.normal.as_dvec3() * lift;
         if light.emission == Emission::Directional {
             return !tracer.any(&Ray::new(from, -light.axis));
