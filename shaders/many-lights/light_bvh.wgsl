@@ -1,6 +1,6 @@
 // Lights drawn down a tree in proportion to what may come from them.
 // Based on: A. Conty Estevez and C. Kulla, "Importance sampling of many lights with adaptive tree
-// splitting", 2018, sections 4.2 and 4.3; sources and deviations in sample/{light_bvh,walked}.rs.
+// splitting", 2018; sources and deviations in sample/{light_bvh,walked}.rs.
 #import common/lights_draw.wgsl
 
 const MEASURES = 1u;

@@ -1,5 +1,5 @@
 // Stochastic lightcuts: every pixel has a cut of its own.
-// Based on: C. Yuksel, "Stochastic lightcuts", 2019, sections 3.1 and 3.2.
+// Based on: C. Yuksel, "Stochastic lightcuts", 2019.
 // Workgroups share out the tiles, so that there are few columns of slots.
 #import common/lights_stochastic.wgsl
 

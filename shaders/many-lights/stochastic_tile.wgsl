@@ -1,5 +1,5 @@
 // Stochastic lightcuts in real time: a tile shares a cut, and nothing knows of orientation.
-// Based on: D. Lin and C. Yuksel, "Real-time stochastic lightcuts", 2020, section 4.
+// Based on: D. Lin and C. Yuksel, "Real-time stochastic lightcuts", 2020.
 #import common/lights_stochastic.wgsl
 
 const REAL_TIME = true;

@@ -66,7 +66,7 @@ fn images_have_the_enumerated_mean_and_variance() {
             let known = expected(Form::Cpu, &technique, &world, &tree, 0).unwrap();
             let mut lighting = light(Form::Cpu, &technique, &world);
             let mut moments = Moments::default();
-            for seed in 0..3000 {
+            for seed in 0..2000 {
                 moments.push(&image(&mut *lighting, seed, 0).radiance);
             }
             let test = moments.z_test(&known.mean, &known.variance, 0.001, 1e-5);
@@ -262,5 +262,26 @@ fn trees_of_many_children_are_drawn_from_too() {
             let work = image(&mut *lighting, 1, 0).work;
             assert!(work.most_cut <= 16 && work.visits > 0);
         }
+    }
+}
+
+#[test]
+fn a_million_lights_are_drawn_from() {
+    let world = Arc::new(small(&ALL, 1_000_000, [6, 4]).world);
+    let tree = tree_of(&world);
+    let whole: DVec3 = truth(&world).iter().sum();
+    for (technique, allowed) in [
+        (Technique::LightBvh(LightBvh { samples: 256 }), 0.1),
+        (Technique::StochasticLightcuts(StochasticLightcuts { cut: 256, real_time: false }), 0.05),
+        (Technique::StochasticLightcuts(StochasticLightcuts { cut: 256, real_time: true }), 0.1),
+    ] {
+        let mut lighting = make(Form::Cpu, &technique, &world, &tree, None).unwrap();
+        let shaded = image(&mut *lighting, 1, 0);
+        let found: DVec3 = shaded.radiance.iter().map(|value| value.as_dvec3()).sum();
+        let off = (found - whole).abs().max_element() / whole.max_element();
+        assert!(off < allowed, "{technique:?}: {found} {whole}");
+        // Ways down are as long as the tree is deep: 18 levels of 2 a kind, and its 4 roots.
+        let most = shaded.work.pixels * 256 * 40;
+        assert!(shaded.work.visits < most, "{technique:?}: {:?}", shaded.work);
     }
 }

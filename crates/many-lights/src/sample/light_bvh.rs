@@ -1,11 +1,11 @@
 //! Lights drawn down a tree in proportion to what may come from them.
 //!
 //! Based on: A. Conty Estevez and C. Kulla, "Importance sampling of many lights with adaptive tree
-//! splitting", 2018, sections 4.2 and 4.3.
+//! splitting", 2018: the sampling.
 //! Deviations: trees of different kinds of emission are drawn from by the importance of their roots;
 //! nodes may have more than two children; siblings take random numbers of their own rather than one
 //! that is rescaled ([`super::descend`]); samples are independent of each other, without the
-//! splitting of section 5.4; importance as [`super::walked`] says.
+//! adaptive splitting; importance as [`super::walked`] says.
 
 use super::{
     descend::{Draw, draw, probabilities},

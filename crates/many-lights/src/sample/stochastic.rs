@@ -1,9 +1,9 @@
 //! A light drawn by chance in every node of a cut.
 //!
-//! Based on: C. Yuksel, "Stochastic lightcuts", 2019, sections 3.1 and 3.2: a cut of a fixed number of
+//! Based on: C. Yuksel, "Stochastic lightcuts", 2019: a cut of a fixed number of
 //! nodes, always splitting the one with the largest error bound; below each a light is drawn, a child
 //! by the mean of its shares of bounds at the smallest and at the largest distance. Real time:
-//! D. Lin and C. Yuksel, "Real-time stochastic lightcuts", 2020, section 4: one cut for a tile, made at
+//! D. Lin and C. Yuksel, "Real-time stochastic lightcuts", 2020: one cut for a tile, made at
 //! a pixel of it that changes by chance.
 //! Deviations: no light is carried over from a node to its child when a node is split, since a cut
 //! is made before anything is drawn; distances are clamped from below as estimates are, in place of

@@ -188,7 +188,7 @@ impl Walked for Single {
 }
 
 /// Based on: A. Conty Estevez and C. Kulla, "Importance sampling of many lights with adaptive tree
-/// splitting", 2018, section 4.3, Eq. 3: `energy · |cos θi'| · emission(θ') / d²`, θi' the smallest
+/// splitting", 2018, the importance of a cluster: `energy · |cos θi'| · emission(θ') / d²`, θi' the smallest
 /// angle between the normal and any direction into the sphere around the box, θ' that between an axis
 /// of the cone and any direction from the sphere, d the distance to the sphere's centre.
 /// Deviations: the surface shines to one side, so a cosine below 0 counts as 0; energy is the
