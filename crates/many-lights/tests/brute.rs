@@ -5,7 +5,9 @@
 use dapple_many_lights::{
     Emission, Eye, Form, Frame, Light, LightTree, Point, Shaded, Technique, World, make,
 };
-use glam::{DVec3, Vec3};
+use dapple_scene::{Instance, Material, Scene, generate::mesh::quad};
+use dapple_trace::Tracer;
+use glam::{DAffine3, DVec3, Vec3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg32;
 use std::{f64::consts::PI, sync::Arc};
@@ -132,4 +134,38 @@ fn a_million_lights_sum_up() {
     let expected = 1e5 / (9.0 * std::f32::consts::PI);
     assert!((reference.radiance[0].x / expected - 1.0).abs() < 1e-6);
     assert!(difference(&cpu, &reference) < 1e-6);
+}
+
+/// A roof at 10 m over one half of the floor.
+fn roofed() -> (World, World) {
+    let open = world(300, 17, 12);
+    let roof = quad(Vec3::new(10.0, 10.0, 0.0), 10.0 * Vec3::X, 20.0 * Vec3::Z);
+    let transform = DAffine3::from_translation(open.origin);
+    let scene = Scene {
+        materials: vec![Material::default()],
+        instances: vec![Instance { mesh: 0, transform }],
+        meshes: vec![roof],
+        ..Scene::default()
+    };
+    let occluders = Some(Arc::new(Tracer::build(&scene).unwrap()));
+    (World { occluders, ..open.clone() }, open)
+}
+
+#[test]
+fn shadow_rays_only_take_away_and_both_forms_agree() {
+    let (roofed, open) = roofed();
+    let (roofed, open) = (Arc::new(roofed), Arc::new(open));
+    let [reference, cpu] = [Form::Reference, Form::Cpu].map(|form| shaded(form, &roofed));
+    let whole = shaded(Form::Reference, &open);
+    let darker = reference.radiance.iter().zip(&whole.radiance).filter(|(a, b)| {
+        assert!(a.cmple(**b).all(), "{a} {b}");
+        a.max_element() < 0.9 * b.max_element()
+    });
+    assert!(darker.count() > 50);
+    let off = difference(&cpu, &reference);
+    assert!(off < 1e-5, "{off}");
+    // A ray to every light that gives anything; f32 may tell a grazing one otherwise.
+    let lit = reference.work.rays;
+    assert!(lit > 0 && lit < reference.work.lights && whole.work.rays == 0);
+    assert!(cpu.work.rays.abs_diff(lit) * 1000 <= lit, "{} {lit}", cpu.work.rays);
 }
