@@ -105,7 +105,7 @@ mod tests {
     fn every_join_is_the_least_pair_of_two_hundred_and_where_all_are_equal() {
         let window = |i: u32| {
             let at = DVec3::new(f64::from(i % 20), f64::from(i / 40), f64::from(i / 20 % 2) * 9.0);
-            let axis = if i / 20 % 2 == 0 { DVec3::Z } else { -DVec3::Z };
+            let axis = if (i / 20).is_multiple_of(2) { DVec3::Z } else { -DVec3::Z };
             Cluster { min: at, max: at, intensity: 1.0, axis, half: [1.0, 0.0] }
         };
         let windows: Vec<_> = (0..200).map(window).collect();
