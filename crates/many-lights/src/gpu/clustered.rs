@@ -123,9 +123,9 @@ impl<'g> OnDevice<'g> {
             last: None,
         };
         new.prepare(&grids, &hierarchy, &shared)?;
-        for frame in 0..grids.len() {
+        for (frame, grid) in grids.iter().enumerate() {
             new.list(frame)?;
-            new.capacity = new.capacity.max(measured(gpu, &shared.heads, cells_of(&grids[frame]))?);
+            new.capacity = new.capacity.max(measured(gpu, &shared.heads, cells_of(grid))?);
         }
         shared.list = gpu.buffer("listed lights", 4 * u64::from(new.capacity))?;
         new.prepare(&grids, &hierarchy, &shared)?;

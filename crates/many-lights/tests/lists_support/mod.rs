@@ -1,5 +1,6 @@
 //! What tests of light lists share.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "each test uses its part")]
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_many_lights::{
     Emission, Form, Light, LightTree, Point, Shaded, Technique, Work, World, make,
@@ -66,7 +67,8 @@ pub fn close(
     let pairs = found.iter().zip(expected).enumerate();
     let away = |a: Vec3, b: Vec3| {
         let allowed = f64::from(share * b.max_element()) + least;
-        !(f64::from((a - b).abs().max_element()) <= allowed)
+        // What is no number is away, too.
+        !f64::from((a - b).abs().max_element()).le(&allowed)
     };
     pairs.filter(|(_, (a, b))| away(**a, **b)).map(|(i, (a, b))| (i, *a, *b)).collect()
 }
