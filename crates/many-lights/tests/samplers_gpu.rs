@@ -111,3 +111,22 @@ fn a_device_is_asked_for_by_name() {
         assert!(made.err().is_some_and(|error| error.to_string().contains("scene")));
     }
 }
+
+#[test]
+fn shadow_rays_are_cast_or_refused() {
+    let Some(gpu) = test_gpu() else { return };
+    let world = Arc::new(small(&ALL, 20, [9, 9]).with_shadows().unwrap());
+    let tree = tree_of(&world);
+    for technique in every() {
+        let device = Scene::new(gpu, &world)
+            .and_then(|scene| make(Form::Gpu, &technique, &world, &tree, Some(&Arc::new(scene))));
+        match device {
+            Err(error) => assert!(error.to_string().contains("shadow rays"), "{error}"),
+            Ok(mut device) => {
+                let mut cpu = make(Form::Cpu, &technique, &world, &tree, None).unwrap();
+                let (a, b) = (image(&mut *cpu, 1, true), image(&mut *device, 1, true));
+                assert!(b.work.rays > 0 && differing(&a.radiance, &b.radiance) <= 0.02);
+            }
+        }
+    }
+}
