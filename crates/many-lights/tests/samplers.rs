@@ -1,4 +1,5 @@
 //! Samplers on the processor: bias told from variance, and what no frame may do.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_many_lights::{
     Emission, Form, Frame, LightBvh, LightTree, Lighting, Point, Shaded, StochasticLightcuts,

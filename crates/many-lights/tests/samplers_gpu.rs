@@ -1,4 +1,5 @@
 //! Samplers on a device draw the lights that the processor draws.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 #![allow(clippy::print_stderr, reason = "tests say what they measured")]
 
 use dapple_gpu::testing::test_gpu;
