@@ -1,4 +1,5 @@
 //! What cuts have to be, whatever the lights, the tree and the point.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod cuts_support;
 
@@ -73,20 +74,17 @@ fn error_is_bounded(case: &Case, cut: &[(u32, Look)]) -> Result<(), String> {
 proptest! {
     #[test]
     fn a_walk_looks_at_what_recursion_looks_at(case in case(40), rule in rule()) {
-        let by = |visit: &dyn Fn(&mut dyn FnMut(u32, &Node) -> bool)| {
-            let mut seen = Vec::new();
-            visit(&mut |index, node| {
-                let look = rule.look(node, &case.receiver());
-                seen.push((index, look));
-                look.taken
-            });
-            seen
+        let (mut walked, mut recursed) = (Vec::new(), Vec::new());
+        let look = |seen: &mut Vec<(u32, Look)>, index: u32, node: &Node| {
+            let look = rule.look(node, &case.receiver());
+            seen.push((index, look));
+            look.taken
         };
         let tree = &case.tree;
-        let walked = by(&|look| walk(tree, &tree.roots, look));
-        let recursed = by(&|look| {
-            tree.roots.iter().for_each(|&root| recursion(tree, root, &mut |i, n| look(i, n)));
-        });
+        walk(tree, &tree.roots, |index, node| look(&mut walked, index, node));
+        for &root in &tree.roots {
+            recursion(tree, root, &mut |index, node| look(&mut recursed, index, node));
+        }
         prop_assert_eq!(walked, recursed);
     }
 

@@ -1,4 +1,5 @@
 //! Why the relative rule was rejected: bright disks where a representative has its own bound.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_many_lights::{
     Absolute, BoundForm, Form, LightTree, Per, Relative, Shaded, Technique, World, make,

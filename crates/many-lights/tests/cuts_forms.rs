@@ -1,4 +1,5 @@
 //! Cuts on the processor against cuts in f64: frames, counters, starts, shadows.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_many_lights::{
     Absolute, BoundForm, Emission, Form, LightTree, Lightcuts, Lighting, Per, Relative, Selection,
@@ -65,8 +66,9 @@ fn apart(a: &Shaded, b: &Shaded, share: f32) -> Vec<usize> {
     assert_eq!(a.radiance.len(), b.radiance.len());
     let differs = |&pixel: &usize| {
         let (a, b) = (a.radiance[pixel], b.radiance[pixel]);
-        // Written so that what is not a number differs.
-        !((a - b).abs().max_element() <= share * a.max(b).max_element() + 1e-7)
+        let is_near = (a - b).abs().max_element() <= share * a.max(b).max_element() + 1e-7;
+        // What is not a number is not near.
+        !is_near
     };
     (0..a.radiance.len()).filter(differs).collect()
 }
