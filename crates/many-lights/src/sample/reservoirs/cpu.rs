@@ -369,3 +369,39 @@ impl Lighting for Cpu {
         (state + lights) as u64 + self.scene.table.bytes()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::worlds::{Cloud, cloud};
+
+    /// Every third reservoir of the frame before is spoilt.
+    #[test]
+    fn what_went_wrong_in_one_frame_does_not_reach_the_next() {
+        let cloud = cloud(&Cloud { lights: 50, size: [24, 18], frames: 1, ..Cloud::default() });
+        let world = Arc::new(cloud.world);
+        let settings = Reservoirs {
+            candidates: 8,
+            temporal: true,
+            history: 20,
+            neighbours: 3,
+            radius_px: 5.0,
+            unbiased: true,
+        };
+        for (light, weight) in
+            [(1, f32::NAN), (1, f32::INFINITY), (1, -1.0), (50, 1.0), (u32::MAX, 1.0)]
+        {
+            let mut cpu = Cpu::new(&settings, &world).unwrap();
+            cpu.shade(0, true).unwrap();
+            for reservoir in cpu.last.iter_mut().step_by(3) {
+                (reservoir.light, reservoir.weight) = (light, weight);
+            }
+            let reused = cpu.work.reused;
+            cpu.shade(0, true).unwrap();
+            // Two thirds of the pixels still have a history.
+            assert!(cpu.work.reused > reused && cpu.work.reused < reused + cpu.work.pixels);
+            assert!(cpu.radiance.iter().all(|rgb| rgb.is_finite() && rgb.min_element() >= 0.0));
+            assert!(cpu.last.iter().all(|reservoir| reservoir.is_sound(50)));
+        }
+    }
+}
