@@ -84,6 +84,12 @@ const TREE: Knob = Knob::choice(
     &["auto", "city", "original", "median"],
     "clusters of lights: the city's hierarchy where there is one, Walter's, or halves",
 );
+/// Nodes of a binary tree can be split one by one: the city's wide ones take a small cut at once.
+const BINARY_TREE: Knob = Knob::choice(
+    "tree",
+    &["original", "median", "city"],
+    "clusters of lights: Walter's, halves, or the city's hierarchy (wide: for large cuts)",
+);
 const REPRESENTATIVE: Knob = Knob::choice(
     "representative",
     &["weighted", "random", "nearest"],
@@ -215,7 +221,7 @@ const TECHNIQUES: &[Technique] = &[
                 .log()
                 .useful(1.0, 128.0)
                 .accuracy(Accuracy::Monotone),
-            TREE,
+            BINARY_TREE,
         ],
     ),
     technique(
