@@ -1,5 +1,7 @@
 //! What holds of reservoirs whatever is drawn.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
 mod reservoirs_worlds;
 
 use dapple_many_lights::{
@@ -235,7 +237,6 @@ fn reuse_takes_noise_away() {
     let temporal = error(Reservoirs { neighbours: 0, ..BOTH });
     let spatial = error(Reservoirs { temporal: false, ..BOTH });
     let both = error(BOTH);
-    eprintln!("squared errors: {alone} alone, {temporal} temporal, {spatial} spatial, {both} both");
     assert!(temporal < 0.5 * alone && spatial < 0.6 * alone && both < 0.95 * temporal);
 }
 

@@ -1,4 +1,5 @@
 //! Small worlds that reservoirs are judged by.
+#![allow(dead_code, clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_many_lights::{
     Emission, Light, World,
@@ -44,7 +45,7 @@ pub fn bent() -> Arc<World> {
     };
     let light = |index: u32| {
         // 5 degrees above the horizon, to the left and to the right.
-        let side = if index % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
         let place = f64::from(index / 2) - 2.0;
         Light {
             position: DVec3::new(side * 12.0, 0.5, place),
