@@ -12,7 +12,7 @@ use dapple_many_lights::{
     gpu,
     gpu::Scene,
     make,
-    worlds::WINDOW,
+    worlds::{Facade, WINDOW, facade},
 };
 use glam::DVec3;
 use gpu_support::{BLACK, TOLERANCE, agree, emissions, lit, shade, there, undecided, with_tree};
@@ -174,6 +174,23 @@ fn walks_start_where_an_object_says() {
         }
     }
     assert!(several > 30);
+}
+
+#[test]
+fn lanes_wait_less_in_shallow_trees_and_not_at_all_for_one_cut_a_tile() {
+    let Some(gpu) = test_gpu() else { return };
+    let wide = Facade { storeys: 24, windows: 96, size: [64, 32], ..Facade::default() };
+    let (made, keys) = facade(&wide);
+    let shallow = Arc::new(LightTree::by_keys(&made.world.lights, &keys).unwrap());
+    let (world, deep) = with_tree(made.world);
+    let divergence = |per: Per, tree: &Arc<LightTree>| {
+        let technique = absolute(1.0 / 1020.0, BoundForm::Cheap, per);
+        shade(gpu, Form::Gpu, &technique, &(Arc::clone(&world), Arc::clone(tree))).work.divergence()
+    };
+    let [of_deep, of_shallow] = [&deep, &shallow].map(|tree| divergence(Per::Pixel, tree));
+    assert!(1.0 < of_shallow && of_shallow < of_deep, "{of_shallow} and {of_deep}");
+    // The wall fills every tile.
+    assert_eq!(divergence(Per::Tile, &deep), 1.0);
 }
 
 #[test]
