@@ -2,6 +2,7 @@
 // crates/many-lights/src/sample/descend.rs, where reasons stand. Importers define how much nodes are
 // worth, `worth(node, point) -> vec2<f32>`, and of how many measures that is: MEASURES, 1 or 2.
 #import common/lights_tree.wgsl
+#import common/lights_shadow.wgsl
 #import common/lights_sum.wgsl
 #import common/lights_random.wgsl
 

@@ -4,6 +4,12 @@
 
 @group(2) @binding(3) var<storage, read> shadow_lights: array<Light>;
 
+// Whether anything casts shadows.
+override SHADOWS: bool = false;
+
+// Rays of this invocation, where they are counted.
+var<private> rays: u32;
+
 // Whether a point sees light `index`; of a cluster the one that stands for it.
 fn sees(point: Point, index: u32) -> bool {
     let light = shadow_lights[index];
@@ -11,4 +17,15 @@ fn sees(point: Point, index: u32) -> bool {
         return !is_hidden_from_afar(point.position, point.normal, light.axis);
     }
     return !is_hidden(point.position, point.normal, light.position);
+}
+
+// What is left of what light `index`, or the cluster that it stands for, gives to a point.
+fn seen(point: Point, index: u32, given: vec3<f32>) -> vec3<f32> {
+    if !SHADOWS || all(given == vec3<f32>(0.0)) {
+        return given;
+    }
+    if COUNT {
+        rays += 1u;
+    }
+    return select(vec3<f32>(0.0), given, sees(point, index));
 }

@@ -95,6 +95,7 @@ fn make_cut(point: Point) -> bool {
 // Lights a pixel: one light of every node of the cut, over its chance.
 fn light_by_cut(pixel: u32, point: Point, ended: bool) {
     start_random(params.seed, frame.frame, pixel);
+    rays = 0u;
     var sum = no_sum();
     var lights = 0u;
     var drawn_lights = 0u;
@@ -106,11 +107,12 @@ fn light_by_cut(pixel: u32, point: Point, ended: bool) {
         }
         if drawn.chance > 0.0 {
             lights += 1u;
-            let given = estimate(nodes[drawn.leaf], point, frame.clamp_squared);
-            sum = added(sum, given / drawn.chance);
+            let leaf = nodes[drawn.leaf];
+            let given = estimate(leaf, point, frame.clamp_squared);
+            sum = added(sum, seen(point, leaf.light, given) / drawn.chance);
         }
     }
-    radiance[pixel] = vec4<f32>(result_of(sum), 0.0);
+    radiance[pixel] = vec4<f32>(result_of(sum), f32(rays));
     if COUNT {
         let last = slot_count | select(0u, ENDED, ended);
         counts[pixel] = vec4<u32>(visits, drawn_lights, lights, last);

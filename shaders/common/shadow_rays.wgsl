@@ -36,9 +36,6 @@ struct ShadowParams {
 @group(2) @binding(1) var<storage, read> shadow_nodes: array<ShadowNode>;
 @group(2) @binding(2) var<storage, read> shadow_triangles: array<ShadowTriangle>;
 
-// Whether lights that are evaluated cost a ray.
-override SHADOWS: bool = false;
-
 // Of the two products of an edge function: twice what their rounding and its own come to.
 override EDGE_SLACK: f32 = 2.4e-7;
 

@@ -1,6 +1,6 @@
 // R0: every light at every pixel. All lanes read the same light at once, so no workgroup memory is
 // needed: caches hand it to all of them.
-#import common/lights_frame.wgsl
+#import common/lights_shadow.wgsl
 #import common/lights_sum.wgsl
 
 @group(1) @binding(0) var<storage, read> lights: array<Light>;
@@ -19,12 +19,12 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
             let end = min(first + BLOCK, frame.lights);
             var block = vec3<f32>(0.0);
             for (var i = first; i < end; i++) {
-                block += estimate(leaf_of(lights[i], i), point, frame.clamp_squared);
+                block += seen(point, i, estimate(leaf_of(lights[i], i), point, frame.clamp_squared));
             }
             total += block;
         }
     }
-    radiance[pixel] = vec4<f32>(total, 0.0);
+    radiance[pixel] = vec4<f32>(total, f32(rays));
     if COUNT {
         counts[pixel] = vec4<u32>(0u, 0u, select(0u, frame.lights, there), 0u);
     }

@@ -1,5 +1,5 @@
 // Sums the lights that were chosen for each tile.
-#import common/lights_frame.wgsl
+#import common/lights_shadow.wgsl
 #import common/lights_sum.wgsl
 
 @group(1) @binding(0) var<storage, read> lights: array<Light>;
@@ -24,10 +24,11 @@ fn light(
         head = heads[tile.y * tiles.x + tile.x];
         for (var i = head.x; i < head.x + head.y; i++) {
             let node = leaf_of(lights[list[i]], list[i]);
-            sum = added(sum, estimate(node, point, frame.clamp_squared));
+            let given = estimate(node, point, frame.clamp_squared);
+            sum = added(sum, seen(point, node.light, given));
         }
     }
-    radiance[pixel] = vec4<f32>(result_of(sum), 0.0);
+    radiance[pixel] = vec4<f32>(result_of(sum), f32(rays));
     if COUNT {
         counts[pixel] = vec4<u32>(0u, 0u, head.y, 0u);
     }

@@ -1,6 +1,7 @@
 // R3 and R4: every pixel walks the tree, skipping what stands for its lights. No stack, no list.
 // Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3.
 #import common/lights_rule.wgsl
+#import common/lights_shadow.wgsl
 
 @compute @workgroup_size(TILE, TILE)
 fn light(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -29,7 +30,8 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
                     taken = is_taken(bound_point(FORM, node, point, frame.clamp_squared), estimated);
                 }
                 if taken {
-                    sum = added(sum, estimate(node, point, frame.clamp_squared));
+                    let given = estimate(node, point, frame.clamp_squared);
+                    sum = added(sum, seen(point, node.light, given));
                 }
                 if COUNT {
                     counted += vec4<u32>(vec4<bool>(true, !leaf, leaf, taken));
@@ -38,7 +40,7 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
     }
-    radiance[pixel] = vec4<f32>(result_of(sum), 0.0);
+    radiance[pixel] = vec4<f32>(result_of(sum), f32(rays));
     if COUNT {
         counts[pixel] = counted;
     }

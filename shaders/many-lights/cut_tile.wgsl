@@ -4,6 +4,7 @@
 // Every lane walks the same way and bounds the same region by itself: lanes in step pay nothing for
 // that, and a walk needs no barrier.
 #import common/lights_rule.wgsl
+#import common/lights_shadow.wgsl
 
 const LANES = TILE * TILE;
 
@@ -88,7 +89,8 @@ fn light(
                     taken = is_taken(bound_region(FORM, node, region, frame.clamp_squared), 0.0);
                 }
                 if taken {
-                    sum = added(sum, estimate(node, point, frame.clamp_squared));
+                    let given = estimate(node, point, frame.clamp_squared);
+                    sum = added(sum, seen(point, node.light, given));
                 }
                 if COUNT {
                     counted += vec4<u32>(vec4<bool>(true, !leaf, leaf, taken));
@@ -105,7 +107,7 @@ fn light(
             }
         }
     }
-    radiance[pixel] = vec4<f32>(result_of(sum), 0.0);
+    radiance[pixel] = vec4<f32>(result_of(sum), f32(rays));
     if COUNT {
         counts[pixel] = counted;
     }

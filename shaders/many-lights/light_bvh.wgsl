@@ -72,12 +72,13 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
             let drawn = draw_below(choose_root(point), point);
             if drawn.chance > 0.0 {
                 drawn_lights += 1u;
-                let given = estimate(nodes[drawn.leaf], point, frame.clamp_squared);
-                sum = added(sum, given / drawn.chance);
+                let leaf = nodes[drawn.leaf];
+                let given = estimate(leaf, point, frame.clamp_squared);
+                sum = added(sum, seen(point, leaf.light, given) / drawn.chance);
             }
         }
     }
-    radiance[pixel] = vec4<f32>(result_of(sum) / f32(params.number), 0.0);
+    radiance[pixel] = vec4<f32>(result_of(sum) / f32(params.number), f32(rays));
     if COUNT {
         counts[pixel] = vec4<u32>(visits, drawn_lights, drawn_lights, 0u);
     }

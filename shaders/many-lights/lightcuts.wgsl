@@ -3,6 +3,7 @@
 // Based on: B. Walter et al., "Lightcuts: a scalable approach to illumination", 2005, section 3, and
 // Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3 (the scan).
 #import common/lights_tree.wgsl
+#import common/lights_shadow.wgsl
 #import common/lights_sum.wgsl
 
 // Mirrors LightcutsParams.
@@ -15,10 +16,12 @@ struct LightcutsParams {
 }
 
 @group(1) @binding(3) var<uniform> params: LightcutsParams;
-// Clusters that may still be split, node and bits of its bound; row k holds the k-th of every thread,
+// Clusters that may still be split, node and bits of its bound, whose sign says that what stands for
+// it is hidden; row k holds the k-th of every thread,
 // so that neighbours read neighbouring words.
 @group(1) @binding(4) var<storage, read_write> open_clusters: array<vec2<u32>>;
 
+const HIDDEN = 0x80000000u;
 // The bit of the number of the cut's nodes that says that the greatest size ended the cut.
 const ENDED = 0x80000000u;
 // A running sum keeps what a large estimate hid, when that is gone, only to its own rounding: it is
@@ -48,13 +51,15 @@ fn place(k: u32) -> u32 {
 // Puts a node into the cut; its estimate.
 fn put(i: u32) -> vec3<f32> {
     let node = nodes[i];
-    let estimated = estimate(node, point, frame.clamp_squared);
+    let given = estimate(node, point, frame.clamp_squared);
+    let estimated = seen(point, node.light, given);
     if node.size == 1u {
         cut.leaves = added(cut.leaves, estimated);
         cut.single += 1u;
     } else {
         let bound = bound_point(FORM, node, point, frame.clamp_squared);
-        open_clusters[place(cut.open)] = vec2<u32>(i, bitcast<u32>(bound));
+        let hidden = select(0u, HIDDEN, any(estimated != given));
+        open_clusters[place(cut.open)] = vec2<u32>(i, bitcast<u32>(bound) | hidden);
         cut.open += 1u;
     }
     if COUNT {
@@ -63,12 +68,19 @@ fn put(i: u32) -> vec3<f32> {
     return estimated;
 }
 
+// What a cluster that may still be split gives.
+fn given_by(cluster: vec2<u32>) -> vec3<f32> {
+    if (cluster.y & HIDDEN) != 0u {
+        return vec3<f32>(0.0);
+    }
+    return estimate(nodes[cluster.x], point, frame.clamp_squared);
+}
+
 // The whole estimate, from what the cut holds.
 fn whole() -> vec3<f32> {
     var sum = no_sum();
     for (var k = 0u; k < cut.open; k++) {
-        let node = nodes[open_clusters[place(k)].x];
-        sum = added(sum, estimate(node, point, frame.clamp_squared));
+        sum = added(sum, given_by(open_clusters[place(k)]));
     }
     return result_of(sum) + result_of(cut.leaves);
 }
@@ -101,7 +113,7 @@ fn make_cut() -> bool {
         var worst_bound = -1.0;
         for (var k = 0u; k < cut.open; k++) {
             let cluster = open_clusters[place(k)];
-            let bound = bitcast<f32>(cluster.y);
+            let bound = bitcast<f32>(cluster.y & ~HIDDEN);
             if bound > worst_bound || (bound == worst_bound && cluster.x < worst_node) {
                 worst = k;
                 worst_node = cluster.x;
@@ -116,8 +128,8 @@ fn make_cut() -> bool {
             return true;
         }
         cut.open -= 1u;
+        total -= given_by(open_clusters[place(worst)]);
         open_clusters[place(worst)] = open_clusters[place(cut.open)];
-        total -= estimate(nodes[worst_node], point, frame.clamp_squared);
         let end = worst_node + nodes[worst_node].size;
         for (var child = worst_node + 1u; child < end; child += nodes[child].size) {
             total += put(child);
@@ -134,11 +146,12 @@ fn make_cut() -> bool {
 fn light_pixel(pixel: u32) {
     point = points[pixel];
     cut = Cut(no_sum(), 0u, 0u, vec3<u32>(0u));
+    rays = 0u;
     var ended = false;
     if point.object != NOTHING {
         ended = make_cut();
     }
-    radiance[pixel] = vec4<f32>(whole(), 0.0);
+    radiance[pixel] = vec4<f32>(whole(), f32(rays));
     if COUNT {
         counts[pixel] = vec4<u32>(cut.counted, (cut.single + cut.open) | select(0u, ENDED, ended));
     }

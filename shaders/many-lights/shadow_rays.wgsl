@@ -16,16 +16,16 @@ fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = index_of(id.xy);
     let point = points[pixel];
     // A bit for each of the first 32.
-    var seen = 0u;
+    var found = 0u;
     var many = 0u;
     if point.object != NOTHING {
         for (var ray = 0u; ray < RAYS; ray++) {
             if sees(point, targets[pixel * RAYS + ray]) {
-                seen |= select(0u, 1u << (ray & 31u), ray < 32u);
+                found |= select(0u, 1u << (ray & 31u), ray < 32u);
                 many++;
             }
         }
     }
     radiance[pixel] = vec4<f32>(f32(many));
-    counts[pixel] = vec4<u32>(seen, many, 0u, 0u);
+    counts[pixel] = vec4<u32>(found, many, 0u, 0u);
 }

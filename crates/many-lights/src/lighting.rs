@@ -88,18 +88,22 @@ pub fn make<'g>(
     match (form, technique) {
         (Form::Reference, Technique::BruteForce) => Ok(Box::new(brute::Reference::new(world))),
         (Form::Cpu, Technique::BruteForce) => Ok(Box::new(brute::Cpu::new(world))),
-        (Form::Gpu, Technique::BruteForce) => gpu::brute_force(gpu::scene_of(scene, world)?),
+        (Form::Gpu, Technique::BruteForce) => {
+            gpu::brute_force(gpu::scene_with_shadows(scene, world)?)
+        }
         (Form::Gpu, Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_)) => {
-            gpu::cut(gpu::scene_of(scene, world)?, &cut::Given::new(technique, world, tree)?)
+            gpu::cut(
+                gpu::scene_with_shadows(scene, world)?,
+                &cut::Given::new(technique, world, tree)?,
+            )
         }
         (
             Form::Reference,
             Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
         ) => Ok(Box::new(cut::Reference::new(cut::Given::new(technique, world, tree)?))),
-        (
-            Form::Cpu,
-            Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
-        ) => Ok(Box::new(cut::Cpu::new(cut::Given::new(technique, world, tree)?))),
+        (Form::Cpu, Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_)) => {
+            Ok(Box::new(cut::Cpu::new(cut::Given::new(technique, world, tree)?)))
+        }
         (Form::Gpu, Technique::Reservoirs(settings)) => {
             Ok(Box::new(gpu::OnDeviceReservoirs::new(settings, gpu::scene_of(scene, world)?)?))
         }
@@ -121,7 +125,7 @@ pub fn make<'g>(
             Ok(Box::new(gpu::OnDeviceClustered::new(scene, settings)?))
         }
         (Form::Gpu, Technique::Capped(settings)) => {
-            let scene = gpu::scene_of(scene, world)?;
+            let scene = gpu::scene_with_shadows(scene, world)?;
             Ok(Box::new(gpu::OnDeviceCapped::new(scene, tree, settings)?))
         }
         (Form::Reference, Technique::Capped(settings)) => {
@@ -134,7 +138,7 @@ pub fn make<'g>(
             Ok(Box::new(crate::clustered::Cpu::new(world, settings)?))
         }
         (Form::Gpu, Technique::LightBvh(_) | Technique::StochasticLightcuts(_)) => {
-            gpu::sampler(gpu::scene_of(scene, world)?, technique, tree)
+            gpu::sampler(gpu::scene_with_shadows(scene, world)?, technique, tree)
         }
     }
 }

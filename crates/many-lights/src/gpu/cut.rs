@@ -32,7 +32,7 @@ pub fn cut<'g>(
     scene: &Arc<Scene<'g>>,
     given: &Given,
 ) -> Result<Box<dyn Lighting + 'g>, LightsError> {
-    let scene = super::scene_of(Some(scene), &given.world)?;
+    let scene = super::scene_with_shadows(Some(scene), &given.world)?;
     let tree = Tree::new(scene.gpu, &given.tree.pack(), &given.starts)?;
     let (path, limit, form, relative) = match given.method {
         Method::Worst(settings) => return lightcuts(scene, given, &tree, &settings),

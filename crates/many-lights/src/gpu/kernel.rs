@@ -14,7 +14,7 @@ pub(super) struct Parts<'a> {
     pub pass: &'static str,
     /// Its shader; the entry point is `light`.
     pub path: &'a str,
-    /// Constants but `COUNT`.
+    /// Constants but `COUNT` and `SHADOWS`.
     pub constants: &'a [(&'a str, f64)],
     /// Bindings 0, 1, ... of group 1.
     pub buffers: &'a [&'a wgpu::Buffer],
@@ -43,6 +43,8 @@ struct Variant {
     frames: Vec<wgpu::BindGroup>,
     /// Group 1.
     own: wgpu::BindGroup,
+    /// Group 2.
+    shadows: wgpu::BindGroup,
 }
 
 impl<'g> Kernel<'g> {
@@ -53,12 +55,13 @@ impl<'g> Kernel<'g> {
     pub fn new(scene: &Arc<Scene<'g>>, parts: &Parts<'_>) -> Result<Self, LightsError> {
         let output = scene.output()?;
         let variant = |count: f64| {
-            let constants: Vec<_> =
-                [("COUNT", count)].iter().chain(parts.constants).copied().collect();
+            let both = [("COUNT", count), scene.occluders().constant()];
+            let constants: Vec<_> = both.iter().chain(parts.constants).copied().collect();
             let pipeline = scene.gpu.compute(parts.path, "light", &constants)?;
             let frames = scene.bind(&pipeline, &output);
             let own = scene.gpu.bind(&pipeline, 1, parts.buffers);
-            Ok::<_, LightsError>(Variant { pipeline, frames, own })
+            let shadows = scene.bind_shadows(&pipeline);
+            Ok::<_, LightsError>(Variant { pipeline, frames, own, shadows })
         };
         let variants = [variant(0.0)?, variant(1.0)?];
         scene.gpu.check()?;
@@ -76,8 +79,8 @@ impl<'g> Kernel<'g> {
 
     fn work(&self, frame: usize, visits: &mut Vec<u32>) -> Result<Work, LightsError> {
         let counts = self.scene.read_counts(&self.output, frame)?;
+        let mut work = Work { rays: self.scene.read_rays(&self.output, frame)?, ..Work::default() };
         let frame = self.scene.frame(frame)?;
-        let mut work = Work::default();
         let lit = frame.points.iter().zip(&counts).filter(|(point, _)| point.is_there());
         for (_, &[visited, bounds, lights, last]) in lit {
             let cut = u64::from(last & !ENDED);
@@ -114,6 +117,7 @@ impl Lighting for Kernel<'_> {
             pass.set_pipeline(&variant.pipeline);
             pass.set_bind_group(0, &variant.frames[index], &[]);
             pass.set_bind_group(1, &variant.own, &[]);
+            pass.set_bind_group(2, &variant.shadows, &[]);
             match self.most_groups {
                 None => pass.dispatch_workgroups(columns, rows, 1),
                 Some(most) => pass.dispatch_workgroups(most.min(columns * rows), 1, 1),

@@ -1,6 +1,8 @@
 //! The same techniques on a device: WGSL kernels, one thread a pixel, one workgroup a tile.
 
 mod brute;
+mod capped;
+mod clustered;
 mod cut;
 mod kernel;
 mod lightcuts;
@@ -15,6 +17,8 @@ pub use scene::{FrameParams, Output, PackedLight, Scene, TILE};
 pub use tree::Tree;
 
 pub(crate) use brute::brute_force;
+pub(crate) use capped::OnDevice as OnDeviceCapped;
+pub(crate) use clustered::OnDevice as OnDeviceClustered;
 pub use cut::cut;
 pub(crate) use reservoirs::OnDevice as OnDeviceReservoirs;
 pub(crate) use sample::sampler;

@@ -56,6 +56,7 @@ pub struct Occluders {
     params: wgpu::Buffer,
     nodes: wgpu::Buffer,
     triangles: wgpu::Buffer,
+    there: bool,
 }
 
 impl Occluders {
@@ -88,12 +89,23 @@ impl Occluders {
             params: gpu.uniform("shadow rays", &params)?,
             nodes: storage(gpu, "nodes of what casts shadows", &tree.nodes)?,
             triangles: storage(gpu, "triangles that cast shadows", &tree.triangles)?,
+            there: world.occluders.is_some(),
         })
     }
 
     /// Bindings 0, 1 and 2, in order.
     pub fn buffers(&self) -> [&wgpu::Buffer; 3] {
         [&self.params, &self.nodes, &self.triangles]
+    }
+
+    /// Whether anything casts shadows.
+    pub fn are_there(&self) -> bool {
+        self.there
+    }
+
+    /// The constant `SHADOWS` of `common/lights_shadow.wgsl`.
+    pub fn constant(&self) -> (&'static str, f64) {
+        ("SHADOWS", f64::from(u8::from(self.there)))
     }
 
     /// Bytes on the device.

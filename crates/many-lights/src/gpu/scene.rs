@@ -208,6 +208,20 @@ impl<'g> Scene<'g> {
         Ok(())
     }
 
+    /// Shadow rays of frame `frame`, by kernels that count them in the fourth number of each
+    /// pixel's radiance: exact below 2^24 a pixel.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn read_rays(&self, output: &Output, frame: usize) -> Result<u64, LightsError> {
+        if !self.occluders.are_there() {
+            return Ok(0);
+        }
+        let count = self.frame(frame)?.points.len();
+        let read: Vec<Vec4> = self.gpu.read(&output.radiance, 0, count)?;
+        Ok(read.iter().map(|texel| texel.w as u64).sum())
+    }
+
     /// What was counted at each pixel of frame `frame`; what the four are is the technique's.
     ///
     /// # Errors
