@@ -1,5 +1,9 @@
 //! The correctness gate: every gate has a negative control, and checking nothing is a failure.
 
+mod draw;
+
+pub use draw::{anywhere, default_setting, rng};
+
 use crate::{SuiteError, problem::Problem};
 use dapple_gpu::Gpu;
 use serde::Serialize;

@@ -1,5 +1,7 @@
 //! Seeded random input of the gates: windows of depths, whole maps, receivers, settings.
 
+pub use crate::verify::rng;
+
 use super::super::{SPEC, settings};
 use crate::{
     SuiteError,
@@ -7,14 +9,8 @@ use crate::{
     problem::{Form, Setting},
 };
 use dapple_shadows::filtering::{DepthMap, KernelShape, Lookup, Receiver, Settings};
-use rand::{RngExt, SeedableRng};
+use rand::RngExt;
 use rand_pcg::Pcg64;
-
-/// A generator of its own for each gate and case.
-pub fn rng(seed: u64, gate: &str, case: u32) -> Pcg64 {
-    let name = gate.bytes().fold(0_u64, |h, b| h.wrapping_mul(0x100_0000_01b3) ^ u64::from(b));
-    Pcg64::seed_from_u64(seed ^ name ^ (u64::from(case) << 40))
-}
 
 /// Depths of one window: two depths, a few, a ramp or noise, spread over at least 1e-3.
 pub fn window(rng: &mut Pcg64) -> Vec<f64> {

@@ -1,5 +1,7 @@
 //! Seeded random input of the gates: fragments of whole maps, receivers, settings of a technique.
 
+pub use crate::verify::rng;
+
 use super::super::{SPEC, settings};
 use crate::{
     SuiteError,
@@ -11,7 +13,7 @@ use dapple_opacity_maps::{
     NO_OPAQUE, Opaque, Packing, Receiver, Settings, Slicing, Split, SplitKind, Storage, Taps,
     code::TexelCode, cpu::Maps,
 };
-use rand::{RngExt, SeedableRng};
+use rand::RngExt;
 use rand_pcg::Pcg64;
 
 /// Most fragments of a texel.
@@ -19,12 +21,6 @@ const MOST: usize = 24;
 
 /// Draws of settings, some of which do not go together.
 const DRAWS: u32 = 1000;
-
-/// A generator of its own for each gate and case.
-pub fn rng(seed: u64, gate: &str, case: u32) -> Pcg64 {
-    let name = gate.bytes().fold(0_u64, |h, b| h.wrapping_mul(0x100_0000_01b3) ^ u64::from(b));
-    Pcg64::seed_from_u64(seed ^ name ^ (u64::from(case) << 40))
-}
 
 /// A map of texels given by (depth, thickness), without opaque surfaces.
 pub fn map(width: u32, texels: &[Vec<(f32, f32)>]) -> Fragments {
