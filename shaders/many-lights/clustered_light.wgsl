@@ -1,5 +1,6 @@
 // Sums the lights of each point's cell, each to its reach.
 #import common/lights_cells.wgsl
+#import common/lights_shadow.wgsl
 #import common/lights_sum.wgsl
 
 @group(1) @binding(0) var<uniform> params: CellParams;
@@ -39,11 +40,11 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             if share > 0.0 {
                 let given = estimate(leaf_of(light, i), point, frame.clamp_squared);
-                sum = added(sum, given * share);
+                sum = added(sum, seen_light(point, light, given * share));
             }
         }
     }
-    radiance[pixel] = vec4<f32>(result_of(sum), 0.0);
+    radiance[pixel] = vec4<f32>(result_of(sum), f32(rays));
     if COUNT {
         counts[pixel] = vec4<u32>(0u, 0u, head.y, 0u);
     }

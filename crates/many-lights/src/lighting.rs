@@ -121,7 +121,7 @@ pub fn make<'g>(
             Ok(Box::new(crate::clustered::Reference::new(world, settings)?))
         }
         (Form::Gpu, Technique::Clustered(settings)) => {
-            let scene = gpu::scene_of(scene, world)?;
+            let scene = gpu::scene_with_shadows(scene, world)?;
             Ok(Box::new(gpu::OnDeviceClustered::new(scene, settings)?))
         }
         (Form::Gpu, Technique::Capped(settings)) => {

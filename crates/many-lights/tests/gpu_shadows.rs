@@ -4,8 +4,8 @@ mod shadow_rays_support;
 
 use dapple_gpu::{Gpu, testing::test_gpu};
 use dapple_many_lights::{
-    Absolute, BoundForm, Capped, Emission, Form, Light, LightBvh, LightTree, Lightcuts, Per, Point,
-    Relative, Selection, Shaded, StochasticLightcuts, Technique, World,
+    Absolute, BoundForm, Capped, Clustered, Emission, Form, Light, LightBvh, LightTree, Lightcuts,
+    Per, Point, Relative, Reservoirs, Selection, Shaded, StochasticLightcuts, Technique, World,
     gpu::{LIFT, Occluders, Scene},
     make,
     tree::{Build, Representative},
@@ -267,6 +267,7 @@ fn techniques() -> Vec<Technique> {
     let bound = BoundForm::Cheap;
     let absolute = |per| Technique::Absolute(Absolute { threshold: 1e-3, per, bound });
     let lightcuts = Lightcuts { epsilon: 0.05, most: 200, selection: Selection::Scan, bound };
+    let clustered = Clustered { cutoff: 1e-3, tile: 16, slices: 12, window: true };
     let stochastic = |real_time| StochasticLightcuts { cut: 20, real_time };
     vec![
         Technique::BruteForce,
@@ -277,6 +278,7 @@ fn techniques() -> Vec<Technique> {
         Technique::LightBvh(LightBvh { samples: 8 }),
         Technique::StochasticLightcuts(stochastic(false)),
         Technique::StochasticLightcuts(stochastic(true)),
+        Technique::Clustered(clustered),
         Technique::Capped(Capped { most: 40 }),
     ]
 }
@@ -304,4 +306,24 @@ fn techniques_shadow_as_on_the_processor() {
         let without = unlike(&device, &lit(Form::Cpu, &technique, &open, &tree));
         assert!(without > there / 5, "{technique:?}: {without} of {there} pixels");
     }
+}
+
+// Reservoirs ask for rays in every pass.
+#[test]
+fn a_technique_without_shadow_rays_says_so() {
+    let Some(gpu) = test_gpu() else { return };
+    let world = Arc::new(cloud(&Cloud::default()).with_shadows().unwrap());
+    let scene = Arc::new(Scene::new(gpu, &world).unwrap());
+    let settings = Reservoirs {
+        candidates: 4,
+        temporal: false,
+        neighbours: 0,
+        radius_px: 1.0,
+        history: 1,
+        unbiased: true,
+    };
+    let technique = Technique::Reservoirs(settings);
+    let none = Arc::new(LightTree::default());
+    let refused = make(Form::Gpu, &technique, &world, &none, Some(&scene)).err();
+    assert!(refused.unwrap().to_string().contains("no shadow rays"));
 }

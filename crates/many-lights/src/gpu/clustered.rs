@@ -64,8 +64,8 @@ struct OneFrame {
     clear: wgpu::BindGroup,
     points: [wgpu::BindGroup; 2],
     lists: wgpu::BindGroup,
-    /// Groups 0 and 1 of each of the two pipelines.
-    light: [[wgpu::BindGroup; 2]; 2],
+    /// Groups 0, 1 and 2 of each of the two pipelines.
+    light: [[wgpu::BindGroup; 3]; 2],
 }
 
 /// What all frames share.
@@ -91,7 +91,8 @@ impl<'g> OnDevice<'g> {
         let lit = |count: f64| {
             let faded = f64::from(u8::from(settings.window));
             let path = "many-lights/clustered_light.wgsl";
-            gpu.compute(path, "light", &[("COUNT", count), ("FADED", faded)])
+            let shadows = scene.occluders().constant();
+            gpu.compute(path, "light", &[("COUNT", count), ("FADED", faded), shadows])
         };
         let passes = Passes {
             clear: gpu.compute("many-lights/clustered_clear.wgsl", "clear", &[])?,
@@ -152,7 +153,8 @@ impl<'g> OnDevice<'g> {
             let cells = cells_of(grid);
             let light = |of: usize| {
                 let buffers = [&params, &shared.lights, &shared.heads, &shared.list];
-                [seen[of][index].clone(), gpu.bind(&passes.light[of], 1, &buffers)]
+                let shadows = gpu.bind(&passes.light[of], 2, &scene.occluders().buffers());
+                [seen[of][index].clone(), gpu.bind(&passes.light[of], 1, &buffers), shadows]
             };
             let lists = [
                 &params,
@@ -222,7 +224,8 @@ impl<'g> OnDevice<'g> {
         let counts = self.scene.read_counts(&self.output, index)?;
         let frame = self.scene.frame(index)?;
         let lit = frame.points.iter().zip(&counts).filter(|(point, _)| point.is_there());
-        let mut work = Work { entries: self.entries()?.into(), ..Work::default() };
+        let rays = self.scene.read_rays(&self.output, index)?;
+        let mut work = Work { entries: self.entries()?.into(), rays, ..Work::default() };
         for (_, count) in lit {
             work.pixels += 1;
             work.lights += u64::from(count[2]);
@@ -274,11 +277,12 @@ impl Lighting for OnDevice<'_> {
         let mut frame = self.scene.gpu.frame();
         self.record_lists(&mut frame, index)?;
         let which = usize::from(count);
-        let [seen, own] = &self.frames[index].light[which];
+        let [seen, own, shadows] = &self.frames[index].light[which];
         frame.compute("light", |pass| {
             pass.set_pipeline(&self.passes.light[which]);
             pass.set_bind_group(0, seen, &[]);
             pass.set_bind_group(1, own, &[]);
+            pass.set_bind_group(2, shadows, &[]);
             pass.dispatch_workgroups(columns, rows, 1);
         });
         let times = frame.finish()?.passes;
