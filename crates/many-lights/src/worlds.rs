@@ -4,7 +4,7 @@
 //! rectangles come as a scene, so that shadow rays can be traced against them.
 
 use crate::{Emission, Eye, Frame, Light, LightsError, Point, World, sample::Random};
-use dapple_scene::{Camera, Instance, Material, Mesh, Projection, Scene};
+use dapple_scene::{Camera, CameraPath, Instance, Material, Mesh, Projection, Scene};
 use dapple_trace::Tracer;
 use glam::{DAffine3, DVec3, Vec3};
 use std::sync::Arc;
@@ -33,7 +33,7 @@ pub struct Rectangle {
 pub struct Made {
     /// Lights and frames; nothing casts shadows.
     pub world: World,
-    /// The receivers in world space.
+    /// The receivers in world space, with the first camera, and a path where there are more.
     pub scene: Scene,
 }
 
@@ -147,6 +147,17 @@ pub fn made(
     let frames = cameras.iter().map(|camera| frame(rectangles, camera, size)).collect();
     let world = World { origin, lights, frames, clamp_m: CLAMP_M, occluders: None };
     let mut scene = Scene { name: "rectangles".into(), ..Scene::default() };
+    let mut placed = cameras.iter().map(|camera| Camera {
+        position: origin + camera.position,
+        target: origin + camera.target,
+        ..camera.clone()
+    });
+    let (first, last) = (placed.next(), placed.next_back());
+    scene.cameras.extend(first.clone());
+    if let (Some(first), Some(last)) = (first, last) {
+        let frames = cameras.len() as u32;
+        scene.paths.push(CameraPath { name: "walk".into(), keys: vec![first, last], frames });
+    }
     for (index, r) in rectangles.iter().enumerate() {
         let corners = [DVec3::ZERO, r.along, r.along + r.up, r.up];
         scene.materials.push(Material { albedo: r.albedo, ..Material::default() });

@@ -105,3 +105,24 @@ fn storeys_stand_in_for_their_windows_far_too_brightly_at_their_middle() {
     assert!(estimate > 2.0 * truth, "{estimate} for {truth}");
     assert!(made.with_shadows().unwrap().truth(&point).x > 0.0);
 }
+
+#[test]
+fn scenes_are_seen_as_their_worlds_are() {
+    let origin = DVec3::new(7.0, 0.5, -3.0);
+    let made = cloud(&Cloud { frames: 3, origin, ..Cloud::default() });
+    let path = &made.scene.paths[0];
+    assert_eq!((made.scene.cameras.len(), path.frames), (1, 3));
+    for frame in 0..3 {
+        let eye = path.camera(frame).unwrap().position;
+        let expected = origin + DVec3::new(0.25 * f64::from(frame), 7.0, 22.0);
+        assert!(eye.distance(expected) < 1e-9, "frame {frame}: {eye}");
+    }
+    let (made, _) = facade(&Facade::default());
+    let camera = &made.scene.cameras[0];
+    let tracer = dapple_trace::Tracer::build(&made.scene).unwrap();
+    let (from, direction) = camera.ray(0.5, 0.5, 1.0);
+    // From between the wall and the facade, at the wall.
+    let met = tracer.closest(&dapple_trace::Ray::new(from, direction)).unwrap();
+    assert_eq!(met.triangle / 2, 0);
+    assert!(made.scene.paths.is_empty());
+}
