@@ -39,7 +39,7 @@ struct ShadowParams {
 // Of the two products of an edge function: twice what their rounding and its own come to.
 override EDGE_SLACK: f32 = 2.4e-7;
 
-const SHADOW_STACK = 64u;
+const SHADOW_STACK = 128u;
 // Of the longest component: what is less is taken for this, so that nothing is divided by 0.
 const LEAST_SLOPE = 1.1920929e-7;
 const ENDLESS = 3e38;
