@@ -10,6 +10,7 @@ pub mod child;
 pub(crate) mod edit;
 pub mod judge;
 pub mod line;
+pub(crate) mod motion;
 pub mod run;
 pub mod search;
 pub(crate) mod settings;

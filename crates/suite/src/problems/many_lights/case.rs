@@ -230,7 +230,7 @@ impl<'g> LightsCase<'g> {
 }
 
 /// What every pixel's centre shows, by rays.
-fn frame(
+pub fn frame(
     scene: &Scene,
     tracer: &Tracer,
     camera: &Camera,

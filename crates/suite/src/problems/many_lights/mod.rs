@@ -7,12 +7,14 @@
 pub mod case;
 mod claims;
 mod errors;
+mod gates;
 pub mod input;
 mod picture;
 mod port;
 mod replicas;
 pub mod settings;
 mod spec;
+mod stress;
 mod subject;
 #[cfg(test)]
 mod tests;
@@ -49,7 +51,7 @@ impl Problem for ManyLights {
     }
 
     fn gates(&self) -> Vec<Gate> {
-        Vec::new()
+        gates::all()
     }
 
     fn claims(&self) -> Vec<Claim> {
@@ -57,6 +59,6 @@ impl Problem for ManyLights {
     }
 
     fn stress(&self) -> Vec<Axis> {
-        Vec::new()
+        stress::axes()
     }
 }

@@ -1,6 +1,6 @@
 //! The extremes themselves: what they must leave alone, what they must break, what must be refused.
 
-use super::{Loaded, axes, checked, made, motion, of, walls, world};
+use super::{Loaded, axes, checked, made, of, walls, world};
 use crate::{
     SuiteError,
     case::Case,
@@ -10,7 +10,7 @@ use crate::{
     stress::{
         Axis, edit,
         judge::{self, Home, Judgement, Verdict},
-        testing as stress,
+        motion, testing as stress,
     },
     testing,
 };
