@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// Changes with whatever changes the truth's values.
-const TRUTH_VERSION: u32 = 1;
+const TRUTH_VERSION: u32 = 2;
 
 /// What some pixels of every frame should show.
 #[derive(Clone, Debug, Default)]
