@@ -4,6 +4,7 @@
 //! [`Technique`] with its settings, made ready in one [`Form`] by [`make`], lights frames. Nothing
 //! here knows that it is measured: counting is asked for where it is wanted.
 
+mod block;
 pub mod bound;
 pub mod brute;
 pub mod capped;
@@ -15,6 +16,7 @@ mod eye;
 pub mod gpu;
 mod light;
 mod lighting;
+mod pool;
 pub mod sample;
 mod settings;
 pub mod tree;

@@ -5,12 +5,12 @@ mod lists_support;
 use dapple_many_lights::{
     BoundForm, Capped, Emission, Form, Frame, LightTree, Point, Technique, World,
     bound::{Region, packed, region},
-    capped::{Choice, strongest, strongest_of_all},
+    capped::{Choice, Groups, strongest, strongest_of_all},
     cut::tile::{pixels, tiles},
     make, radiance,
     worlds::{Cloud, Facade, cloud, facade},
 };
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use lists_support::{all_emissions, close, extremes, image, sums, work};
 use std::sync::Arc;
 
@@ -29,13 +29,13 @@ fn shown(frame: &Frame) -> Vec<Vec<Point>> {
     all.filter(|points| !points.is_empty()).collect()
 }
 
-/// Tiles where the walk of the tree finds other lights than a look at all of them, in f32.
-fn differing(world: &World, tree: &LightTree, most: usize) -> (usize, usize) {
+/// Tiles where other lights are found than by a look at all of them, in f32.
+fn differing(world: &World, tree: &LightTree, groups: &Groups, most: usize) -> (usize, usize) {
     let (packed_tree, clamp) = (tree.pack(), packed::clamp_squared(world.clamp_m));
     let (mut choice, mut differing, mut checked) = (Choice::default(), 0, 0);
     for points in shown(&world.frames[0]) {
         let over = packed::PackedRegion::of(points.iter()).unwrap();
-        strongest(&packed_tree, &over, most, clamp, &mut choice);
+        strongest(groups, &over, most, clamp, &mut choice);
         let leaves = tree.leaves.iter().map(|&leaf| &packed_tree.nodes[leaf as usize]);
         let bounds = leaves.map(|leaf| packed::region(BoundForm::Walter, leaf, &over, clamp));
         let mut all: Vec<_> = bounds.zip(0_u32..).filter(|(bound, _)| *bound > 0.0).collect();
@@ -52,32 +52,51 @@ fn differing(world: &World, tree: &LightTree, most: usize) -> (usize, usize) {
 }
 
 #[test]
-fn the_largest_bounds_first_finds_the_strongest() {
+fn the_strongest_are_found_whatever_is_left_out_early() {
     for emissions in all_emissions() {
-        let world = cloud(&Cloud { lights: 500, emissions, ..Cloud::default() }).world;
+        let world = cloud(&Cloud { lights: 2000, emissions, ..Cloud::default() }).world;
         let tree = LightTree::median(&world.lights).unwrap();
-        for most in [1, 7, 64, 500] {
-            let (differing, checked) = differing(&world, &tree, most);
+        let groups = Groups::new(&tree.pack());
+        for most in [1, 7, 64, 500, 2000] {
+            let (differing, checked) = differing(&world, &tree, &groups, most);
             assert!(differing == 0 && checked > 10, "{differing} of {checked} at {most}");
         }
-        // A tree whose clusters' boxes hold too little is found out.
-        let mut wrong = tree.clone();
-        for node in wrong.nodes.iter_mut().filter(|node| !node.is_leaf()) {
-            (node.min, node.max) =
-                (node.position + DVec3::Y * 30.0, node.position + DVec3::Y * 30.0);
-        }
-        if emissions_have_places(&world) {
-            assert!(differing_of(&world, &wrong) > 0);
+        // Groups whose boxes hold too little are found out.
+        let mut wrong = groups.clone();
+        wrong.min[1].iter_mut().for_each(|low| *low += 300.0);
+        wrong.max[1].iter_mut().for_each(|high| *high += 300.0);
+        if world.lights.iter().any(|light| light.emission != Emission::Directional) {
+            assert!(differing(&world, &tree, &wrong, 20).0 > 0);
         }
     }
 }
 
-fn emissions_have_places(world: &World) -> bool {
-    world.lights.iter().all(|light| light.emission != Emission::Directional)
-}
-
-fn differing_of(world: &World, tree: &LightTree) -> usize {
-    differing(world, tree, 20).0
+#[test]
+fn groups_are_bounded_no_lower_than_their_lights() {
+    let mut worlds = extremes();
+    for emissions in all_emissions() {
+        let cloud = Cloud { lights: 700, emissions, seed: 9, ..Cloud::default() };
+        worlds.push(("cloud", dapple_many_lights::worlds::cloud(&cloud).world));
+    }
+    let mut compared = 0;
+    for (name, world) in worlds {
+        let clamp = packed::clamp_squared(world.clamp_m);
+        let groups = Groups::new(&LightTree::median(&world.lights).unwrap().pack());
+        let mut bounds = Vec::new();
+        let tiles = world.frames.iter().flat_map(shown);
+        for points in tiles.flat_map(|tile| [tile[..1].to_vec(), tile]) {
+            let over = packed::PackedRegion::of(points.iter()).unwrap();
+            groups.bound(&over, clamp, &mut bounds);
+            for (group, &bound) in (0..).zip(&bounds) {
+                for light in groups.of(group) {
+                    let own = packed::region(BoundForm::Walter, light, &over, clamp);
+                    assert!(own <= bound, "{name}: {light:?} in {over:?}: {own} over {bound}");
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert!(compared > 100_000, "{compared}");
 }
 
 #[test]
@@ -220,8 +239,8 @@ fn equally_strong_lights_are_taken_by_lowest_index() {
     let over = Region::of(points.iter()).unwrap();
     assert_eq!(strongest_of_all(&tree, &over, 3, world.clamp_m).0, [0, 1, 2]);
     let over = packed::PackedRegion::of(points.iter()).unwrap();
-    let mut choice = Choice::default();
-    strongest(&tree.pack(), &over, 3, packed::clamp_squared(world.clamp_m), &mut choice);
+    let (groups, mut choice) = (Groups::new(&tree.pack()), Choice::default());
+    strongest(&groups, &over, 3, packed::clamp_squared(world.clamp_m), &mut choice);
     assert_eq!(choice.lights, [0, 1, 2]);
     let found = image(Form::Cpu, &capped(3), &world, 0);
     let three = |p: &Point| radiance(p, &world.lights[0], world.clamp_m) * 3.0;

@@ -1,11 +1,12 @@
 //! The same in f32, all cores: lights are gone through in blocks that stay in the caches while a tile
 //! of pixels reads them.
 
-use super::block::{
-    BLOCK, Block, DIRECTIONAL, LANES, Numbers, OMNI, ORIENTED, SPOT, blocks, weigh,
-};
 use crate::{
-    Frame, Lighting, LightsError, Point, Shaded, Times, Work, World, bound::packed::clamp_squared,
+    Frame, Lighting, LightsError, Point, Shaded, Times, Work, World,
+    block::{
+        BLOCK, Block, DIRECTIONAL, EVERYWHERE, OMNI, ORIENTED, SPOT, blocks, hide, weigh, weighted,
+    },
+    bound::packed::clamp_squared,
     cut::tile,
 };
 use glam::{DVec3, Vec3};
@@ -136,7 +137,7 @@ fn light_kind<const KIND: usize>(
     let mut weights = [0.0; BLOCK];
     for block in blocks {
         for (point, sum) in points.iter().zip(sums.iter_mut()).filter(|(p, _)| p.is_there()) {
-            weigh::<KIND>(block, point, clamp_squared, &mut weights);
+            weigh::<KIND, EVERYWHERE>(block, point, clamp_squared, &mut weights);
             if world.occluders.is_some() {
                 *rays += hide(&mut weights, block, point, world);
             }
@@ -145,38 +146,4 @@ fn light_kind<const KIND: usize>(
             }
         }
     }
-}
-
-/// The sum of products: at most 16 numbers a lane, then lanes by halves, so that little is lost.
-#[inline(always)]
-fn weighted(weights: &[f32], intensity: &[f32]) -> f32 {
-    let mut lanes = [0.0; LANES];
-    for (weights, intensity) in weights.chunks_exact(LANES).zip(intensity.chunks_exact(LANES)) {
-        for i in 0..LANES {
-            lanes[i] += weights[i] * intensity[i];
-        }
-    }
-    for i in 0..LANES / 2 {
-        lanes[i] += lanes[i + LANES / 2];
-    }
-    for i in 0..LANES / 4 {
-        lanes[i] += lanes[i + LANES / 4];
-    }
-    lanes[..LANES / 4].iter().sum()
-}
-
-/// Takes away what a point does not see, by a ray to every light that would reach it: their number.
-#[inline(never)]
-fn hide(weights: &mut Numbers, block: &Block, point: &Point, world: &World) -> u64 {
-    let mut rays = 0;
-    for (place, weight) in weights[..block.used].iter_mut().enumerate() {
-        let gives = |k: usize| point.albedo[k] * block.intensity[k][place] > 0.0;
-        if *weight > 0.0 && (0..3).any(gives) {
-            rays += 1;
-            if !world.sees(point, &world.lights[block.lights[place] as usize]) {
-                *weight = 0.0;
-            }
-        }
-    }
-    rays
 }

@@ -4,7 +4,6 @@
 //! summed over all lights.
 //! Deviations: none.
 
-mod block;
 mod cpu;
 mod reference;
 

@@ -1,85 +1,121 @@
-//! The strongest lights by a walk of the light tree, the largest bound first.
+//! The strongest lights: bounds of all groups at once, then of the lights of those groups that may
+//! matter, the largest bound first.
 //!
-//! What a cluster is bounded by here is at least the bound of each of its lights, so a light that
-//! comes up before all clusters and lights that are left is the strongest of them. That is why cones
-//! of clusters are not looked at: a bound by a cluster's axis and cone holds for what its lights give,
-//! but may lie below the bound of one of them by its own axis, and then which lights are chosen
-//! would depend on the tree.
+//! A group's bound is at least the bound of each of its lights. So when as many lights as are wanted are
+//! known with bounds of at least some limit, groups below the limit are of no interest, whatever the
+//! limit came from; here it comes from the lights that were chosen before, of the tile next to this
+//! one, and rises while lights are looked at. Which lights are chosen depends on neither limit nor
+//! groups. Cones of clusters are of no use for that: what bounds the light that a cluster gives may lie
+//! below the bound of one of its lights by its own axis.
 
+use super::Groups;
 use crate::{
-    BoundForm, Emission, PackedNode, PackedTree,
+    BoundForm,
     bound::packed::{PackedRegion, region},
 };
-use std::collections::BinaryHeap;
-
-/// By how much bounds of clusters are raised: rounding could take that much from them and not from
-/// their lights'.
-const RAISE: f32 = 1.0001;
-
-/// Clusters come before lights of the same bound, so that equally strong lights are compared.
-const CLUSTER: u64 = 1 << 31;
 
 /// Lights chosen, and what a choice needs while it is made; it keeps its memory.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
     /// Indices of lights, in increasing order.
     pub lights: Vec<u32>,
-    /// Bounds that were evaluated.
+    /// Bounds that were evaluated, of groups and of lights.
     pub bounds: u64,
-    /// Whether the cap left out a light or cluster that may give something.
+    /// Whether the cap left out a light or group that may give something.
     pub ended: bool,
-    /// Largest first: the bound's bits, [`CLUSTER`] or not, lowest index first.
-    heap: BinaryHeap<u64>,
+    /// Bounds of the groups.
+    groups: Vec<f32>,
+    /// Groups that may matter: the bound's bits above, the number below.
+    open: Vec<u64>,
+    /// Lights: the bound's bits above, the index below, counted down: the largest is the strongest.
+    found: Vec<u64>,
 }
 
 impl Choice {
-    fn push(&mut self, tree: &PackedTree, over: &PackedRegion, index: usize, clamp_squared: f32) {
-        let node = &tree.nodes[index];
-        let leaf = node.size == 1;
-        let bound = if leaf || node.kind == Emission::Directional.code() {
-            region(BoundForm::Walter, node, over, clamp_squared)
-        } else {
-            let to_all_sides = PackedNode { kind: Emission::Omni.code(), ..*node };
-            region(BoundForm::Walter, &to_all_sides, over, clamp_squared)
-        };
-        self.bounds += 1;
-        if bound > 0.0 {
-            // Bounds are not negative: their bits are in their order. Indices are below 2^31.
-            let bits = if leaf { bound } else { bound * RAISE }.to_bits();
-            let (low, kind) = if leaf { (node.light, 0) } else { (index as u32, CLUSTER) };
-            self.heap.push(u64::from(bits) << 32 | kind | (CLUSTER - 1 - u64::from(low)));
+    /// The bound of the weakest of the lights chosen before, over this region: 0 where there were fewer.
+    fn known(
+        &mut self,
+        groups: &Groups,
+        over: &PackedRegion,
+        most: usize,
+        clamp_squared: f32,
+    ) -> f32 {
+        let earlier = std::mem::take(&mut self.lights);
+        let mut least = if earlier.len() == most { f32::INFINITY } else { 0.0 };
+        for &light in &earlier {
+            if least == 0.0 {
+                break;
+            }
+            let Some(&place) = groups.places.get(light as usize) else { return 0.0 };
+            let leaf = &groups.lights[place as usize];
+            least = least.min(region(BoundForm::Walter, leaf, over, clamp_squared));
+            self.bounds += 1;
         }
+        self.lights = earlier;
+        if least.is_finite() { least } else { 0.0 }
+    }
+
+    /// Keeps the strongest of those found: the bound of the weakest of them, once there are `most`.
+    fn keep(&mut self, most: usize) -> f32 {
+        if most == 0 || self.found.len() < most {
+            return 0.0;
+        }
+        let (_, weakest, _) = self.found.select_nth_unstable_by(most - 1, |a, b| b.cmp(a));
+        let bound = f32::from_bits((*weakest >> 32) as u32);
+        self.ended |= self.found.len() > most;
+        self.found.truncate(most);
+        bound
     }
 }
 
-/// Chooses the `most` lights with the largest bounds over a region.
+/// Chooses the `most` lights with the largest bounds over a region, of equal ones those of lowest
+/// index. The lights that `choice` holds from before save time where the region is near theirs.
 pub fn strongest(
-    tree: &PackedTree,
+    groups: &Groups,
     over: &PackedRegion,
     most: usize,
     clamp_squared: f32,
     choice: &mut Choice,
 ) {
-    choice.lights.clear();
-    choice.heap.clear();
     choice.bounds = 0;
-    for &root in &tree.roots {
-        choice.push(tree, over, root as usize, clamp_squared);
-    }
-    while choice.lights.len() < most {
-        let Some(key) = choice.heap.pop() else { break };
-        let index = (CLUSTER - 1 - (key & (CLUSTER - 1))) as usize;
-        if key & CLUSTER == 0 {
-            choice.lights.push(index as u32);
-            continue;
-        }
-        let end = index + tree.nodes[index].size as usize;
-        let mut child = index + 1;
-        while child < end {
-            choice.push(tree, over, child, clamp_squared);
-            child += tree.nodes[child].size as usize;
+    let mut limit = choice.known(groups, over, most, clamp_squared);
+    groups.bound(over, clamp_squared, &mut choice.groups);
+    choice.bounds += choice.groups.len() as u64;
+    choice.ended = false;
+    choice.open.clear();
+    for (group, &bound) in (0_u64..).zip(&choice.groups) {
+        // Bounds are not negative: their bits are in their order.
+        if bound > 0.0 && bound >= limit {
+            choice.open.push(u64::from(bound.to_bits()) << 32 | group);
+        } else {
+            choice.ended |= bound > 0.0;
         }
     }
-    choice.ended = !choice.heap.is_empty();
+    choice.open.sort_unstable_by(|a, b| b.cmp(a));
+    choice.found.clear();
+    let enough = most.saturating_mul(2).saturating_add(super::groups::FAN);
+    for at in 0..choice.open.len() {
+        let group = choice.open[at];
+        if f32::from_bits((group >> 32) as u32) < limit {
+            choice.ended = true;
+            break;
+        }
+        for leaf in groups.of(group as u32) {
+            let bound = region(BoundForm::Walter, leaf, over, clamp_squared);
+            choice.bounds += 1;
+            if bound > 0.0 && bound >= limit {
+                let last = u64::from(u32::MAX - leaf.light);
+                choice.found.push(u64::from(bound.to_bits()) << 32 | last);
+            } else {
+                choice.ended |= bound > 0.0;
+            }
+        }
+        if choice.found.len() >= enough {
+            limit = limit.max(choice.keep(most));
+        }
+    }
+    choice.keep(most);
+    choice.lights.clear();
+    choice.lights.extend(choice.found.iter().map(|key| u32::MAX - *key as u32));
     choice.lights.sort_unstable();
 }

@@ -1,27 +1,26 @@
-//! The cap in f32, rows of tiles, then rows of pixels in parallel.
+//! The cap in f32, rows of tiles in parallel: a tile's lights are gathered side by side, and light its
+//! pixels one after another.
 
-use super::{Lists, check};
+use super::{Groups, Lists};
 use crate::{
-    Capped, LightTree, Lighting, LightsError, PackedTree, Point, Shaded, Times, Work, World,
-    bound::packed::{clamp_squared, estimate},
-    cut::tile::SIDE,
+    Capped, Frame, LightTree, Lighting, LightsError, Shaded, Times, Work, World,
+    block::{Listed, Reached},
+    bound::packed::clamp_squared,
+    cut::tile::{self, SIDE},
+    pool::Pool,
 };
 use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Terms that are summed before they join the sum: a running sum over many lights would lose them.
-const PARTIAL: usize = 64;
-
 /// The cap as f32 has it.
 pub struct Cpu {
     world: Arc<World>,
-    tree: PackedTree,
-    /// Node of each light.
-    leaves: Vec<u32>,
+    groups: Groups,
     most: usize,
     clamp_squared: f32,
     lists: Lists,
+    pool: Pool<Listed>,
     shaded: Shaded,
 }
 
@@ -35,38 +34,41 @@ impl Cpu {
         tree: &Arc<LightTree>,
         settings: &Capped,
     ) -> Result<Self, LightsError> {
-        check(world, tree)?;
+        tree.check_number(&world.lights)?;
         Ok(Self {
             world: Arc::clone(world),
-            tree: tree.pack(),
-            leaves: tree.leaves.clone(),
+            groups: Groups::new(&tree.pack()),
             most: settings.most as usize,
             clamp_squared: clamp_squared(world.clamp_m),
             lists: Lists::default(),
+            pool: Pool::new(|| Listed::new(Reached::Everywhere)),
             shaded: Shaded::default(),
         })
     }
 
-    fn light(&self, point: &Point, lights: &[u32], work: &mut Work) -> Vec3 {
-        let mut sum = Vec3::ZERO;
-        work.pixels += 1;
-        work.lights += lights.len() as u64;
-        for lights in lights.chunks(PARTIAL) {
-            let mut partial = Vec3::ZERO;
-            for &index in lights {
-                let node = &self.tree.nodes[self.leaves[index as usize] as usize];
-                let given = estimate(node, point, self.clamp_squared);
-                if self.world.occluders.is_some() && given != Vec3::ZERO {
-                    work.rays += 1;
-                    if !self.world.sees(point, &self.world.lights[index as usize]) {
-                        continue;
-                    }
-                }
-                partial += given;
+    /// Lights a row of tiles; `radiance` is its pixels.
+    fn light(&self, frame: &Frame, row: usize, radiance: &mut [Vec3]) -> Work {
+        let mut listed = self.pool.own();
+        let mut work = Work::default();
+        let above = row * SIDE as usize * frame.width as usize;
+        for column in 0..tile::tiles(frame.width, frame.height).0 {
+            let lights = self.lists.of(column as usize, row);
+            listed.clear();
+            for &light in lights {
+                let place = self.groups.places[light as usize];
+                listed.push(&self.groups.lights[place as usize], 0.0);
             }
-            sum += partial;
+            for pixel in tile::pixels(frame.width, frame.height, column, row as u32) {
+                let point = &frame.points[pixel];
+                if !point.is_there() {
+                    continue;
+                }
+                let (given, rays) = listed.light(point, &self.world, self.clamp_squared);
+                radiance[pixel - above] = given;
+                work += Work { pixels: 1, lights: lights.len() as u64, rays, ..Work::default() };
+            }
         }
-        sum
+        work
     }
 }
 
@@ -76,41 +78,29 @@ impl Lighting for Cpu {
     }
 
     fn shade(&mut self, index: usize, count: bool) -> Result<Times, LightsError> {
-        let world = Arc::clone(&self.world);
-        let frame = world.frame(index)?;
-        self.lists.fill(&self.tree, frame, self.most, self.clamp_squared);
-        let mut radiance = std::mem::take(&mut self.shaded.radiance);
-        radiance.resize(frame.points.len(), Vec3::ZERO);
-        let (width, side) = (frame.width.max(1) as usize, SIDE as usize);
-        let rows = radiance.par_chunks_mut(width).zip(frame.points.par_chunks(width));
-        let work = rows.enumerate().map(|(row, (out, points))| {
-            let mut work = Work::default();
-            for (column, (out, point)) in out.iter_mut().zip(points).enumerate() {
-                *out = Vec3::ZERO;
-                if point.is_there() {
-                    let lights = self.lists.of(column / side, row / side);
-                    *out = self.light(point, lights, &mut work);
-                }
-            }
-            work
-        });
+        let frame = self.world.frame(index)?;
+        self.lists.fill(&self.groups, frame, self.most, self.clamp_squared);
+        let mut shaded = std::mem::take(&mut self.shaded);
+        shaded.clear(frame.points.len(), false);
+        let row_of_tiles = SIDE as usize * frame.width.max(1) as usize;
+        let rows = shaded.radiance.par_chunks_mut(row_of_tiles).enumerate();
+        let work = rows.map(|(row, radiance)| self.light(frame, row, radiance));
         let mut work = work.reduce(Work::default, |mut a, b| {
             a += b;
             a
         });
         work += self.lists.work();
-        self.shaded.radiance = radiance;
-        self.shaded.work = if count { work } else { Work::default() };
+        shaded.work = if count { work } else { Work::default() };
+        self.shaded = shaded;
         Ok(Times::new())
     }
 
     fn read(&mut self, shaded: &mut Shaded) -> Result<(), LightsError> {
-        shaded.clone_from(&self.shaded);
+        shaded.copy_from(&self.shaded);
         Ok(())
     }
 
     fn bytes(&self) -> u64 {
-        let tree = size_of_val(&*self.tree.nodes) + size_of_val(&*self.leaves);
-        tree as u64 + self.lists.bytes()
+        self.groups.bytes() + self.lists.bytes()
     }
 }

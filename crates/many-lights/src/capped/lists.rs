@@ -1,8 +1,8 @@
 //! The strongest lights of every tile of a frame, rows of tiles in parallel.
 
-use super::{Choice, strongest};
+use super::{Choice, Groups, strongest};
 use crate::{
-    Frame, PackedTree, Work,
+    Frame, Work,
     bound::packed::PackedRegion,
     cut::tile::{pixels, tiles},
 };
@@ -27,7 +27,7 @@ pub struct Row {
 
 impl Lists {
     /// Chooses at most `most` lights for every tile.
-    pub fn fill(&mut self, tree: &PackedTree, frame: &Frame, most: usize, clamp_squared: f32) {
+    pub fn fill(&mut self, groups: &Groups, frame: &Frame, most: usize, clamp_squared: f32) {
         let (columns, rows) = tiles(frame.width, frame.height);
         self.rows.resize(rows as usize, Row::default());
         self.rows.par_iter_mut().enumerate().for_each(|(row, out)| {
@@ -35,10 +35,12 @@ impl Lists {
             out.first.push(0);
             out.lights.clear();
             out.work = Work::default();
+            // No frame knows of another: its choices, and their work, do not depend on what was lit.
+            out.choice.lights.clear();
             for column in 0..columns {
                 let pixels = pixels(frame.width, frame.height, column, row as u32);
                 if let Some(over) = PackedRegion::of(pixels.map(|pixel| &frame.points[pixel])) {
-                    strongest(tree, &over, most, clamp_squared, &mut out.choice);
+                    strongest(groups, &over, most, clamp_squared, &mut out.choice);
                     out.lights.extend_from_slice(&out.choice.lights);
                     out.work.bounds += out.choice.bounds;
                     out.work.ended += u64::from(out.choice.ended);

@@ -9,21 +9,12 @@
 
 mod choose;
 mod cpu;
+mod groups;
 mod lists;
 mod reference;
 
 pub use choose::{Choice, strongest};
 pub use cpu::Cpu;
+pub use groups::{FAN, Groups};
 pub use lists::{Lists, Row};
 pub use reference::{Reference, strongest_of_all};
-
-use crate::{LightTree, LightsError, World};
-
-/// Refuses a tree of other lights.
-pub(crate) fn check(world: &World, tree: &LightTree) -> Result<(), LightsError> {
-    let (leaves, lights) = (tree.leaves.len(), world.lights.len());
-    if leaves == lights {
-        return Ok(());
-    }
-    Err(LightsError::value("light tree", format!("has {leaves} leaves for {lights} lights")))
-}

@@ -1,6 +1,5 @@
 //! The cap in f64: every light is bounded over every tile.
 
-use super::check;
 use crate::{
     BoundForm, Capped, LightTree, Lighting, LightsError, Shaded, Times, Work, World,
     bound::{Region, region},
@@ -47,7 +46,7 @@ impl Reference {
         tree: &Arc<LightTree>,
         settings: &Capped,
     ) -> Result<Self, LightsError> {
-        check(world, tree)?;
+        tree.check_number(&world.lights)?;
         Ok(Self {
             world: Arc::clone(world),
             tree: Arc::clone(tree),

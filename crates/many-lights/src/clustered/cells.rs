@@ -29,13 +29,21 @@ impl Cell {
     }
 }
 
-/// The cells of one tile, one a slice.
-pub fn tile_cells(grid: &Grid, frame: &Frame, tile: usize, cells: &mut [Cell]) {
+/// The cells of one tile, one a slice; `each` is told every pixel that shows anything, and its slice.
+pub(super) fn tile_cells(
+    grid: &Grid,
+    frame: &Frame,
+    tile: usize,
+    cells: &mut [Cell],
+    mut each: impl FnMut(usize, usize),
+) {
     cells.fill(Cell::EMPTY);
     for pixel in grid.pixels(frame, tile) {
         let point = &frame.points[pixel];
         if point.is_there() {
-            cells[grid.slice_of(frame, point)].grow(point);
+            let slice = grid.slice_of(frame, point);
+            cells[slice].grow(point);
+            each(pixel, slice);
         }
     }
 }
@@ -45,7 +53,7 @@ pub fn cells(grid: &Grid, frame: &Frame) -> Vec<Cell> {
     let slices = grid.slices as usize;
     let mut cells = vec![Cell::EMPTY; grid.tiles() * slices];
     for (tile, cells) in cells.chunks_mut(slices).enumerate() {
-        tile_cells(grid, frame, tile, cells);
+        tile_cells(grid, frame, tile, cells, |_, _| ());
     }
     cells
 }

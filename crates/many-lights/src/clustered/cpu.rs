@@ -1,24 +1,27 @@
-//! Clustered shading in f32, tiles and rows in parallel.
+//! Clustered shading in f32, tiles in parallel: a cell's lights are gathered side by side, and light
+//! its points one after another.
 
-use super::{Cell, Grid, Hierarchy, tile_cells};
+use super::{Cell, Grid, Hierarchy, cells::tile_cells};
 use crate::{
-    Clustered, Frame, Lighting, LightsError, Point, Shaded, Times, Work, World,
-    bound::packed::{clamp_squared, estimate},
+    Clustered, Frame, Lighting, LightsError, Shaded, Times, Work, World,
+    block::{Listed, Reached},
+    bound::packed::clamp_squared,
+    pool::Pool,
 };
 use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Terms that are summed before they join the sum: a running sum over many lights would lose them.
-const PARTIAL: usize = 64;
-
-/// The cells of a tile and their lights, one list after another.
+/// The cells of a tile and their lights, one list after another, and what its pixels came out as.
 #[derive(Clone, Debug, Default)]
 struct Tile {
     cells: Vec<Cell>,
-    /// Where each cell's lights begin, and the end.
-    first: Vec<usize>,
     list: Vec<u32>,
+    /// Of pixels that show anything, in order of cells: the slice above, the pixel's number below.
+    pixels: Vec<u64>,
+    /// What they came out as.
+    radiance: Vec<Vec3>,
+    work: Work,
 }
 
 /// Clustered shading as f32 has it.
@@ -27,8 +30,10 @@ pub struct Cpu {
     hierarchy: Hierarchy,
     grids: Vec<Grid>,
     tiles: Vec<Tile>,
-    window: bool,
-    shaded: Shaded,
+    pool: Pool<Listed>,
+    /// The frame that was lit last.
+    last: usize,
+    counted: bool,
 }
 
 impl Cpu {
@@ -38,70 +43,57 @@ impl Cpu {
     /// Too many cells.
     pub fn new(world: &Arc<World>, settings: &Clustered) -> Result<Self, LightsError> {
         let grids = world.frames.iter().map(|frame| Grid::of(frame, settings));
+        let grids = grids.collect::<Result<Vec<_>, _>>()?;
+        let tiles = grids.iter().map(Grid::tiles).max().unwrap_or(0);
+        let reached = if settings.window { Reached::Faded } else { Reached::Cut };
         Ok(Self {
             world: Arc::clone(world),
             hierarchy: Hierarchy::new(&world.lights, settings.cutoff),
-            grids: grids.collect::<Result<_, _>>()?,
-            tiles: Vec::new(),
-            window: settings.window,
-            shaded: Shaded::default(),
+            grids,
+            tiles: vec![Tile::default(); tiles],
+            pool: Pool::new(|| Listed::new(reached)),
+            last: 0,
+            counted: false,
         })
     }
+}
 
-    /// Sorts points into cells and lists lights.
-    fn assign(&mut self, grid: &Grid, frame: &Frame) {
-        self.tiles.resize(grid.tiles(), Tile::default());
-        let hierarchy = &self.hierarchy;
-        self.tiles.par_iter_mut().enumerate().for_each(|(index, tile)| {
-            tile.cells.resize(grid.slices as usize, Cell::EMPTY);
-            tile_cells(grid, frame, index, &mut tile.cells);
-            tile.list.clear();
-            tile.first.clear();
-            tile.first.push(0);
-            for cell in &tile.cells {
-                hierarchy.list(cell, &mut tile.list);
-                tile.first.push(tile.list.len());
-            }
+impl Tile {
+    /// Sorts points into cells, lists their lights, and lights them.
+    fn light(&mut self, index: usize, grid: &Grid, frame: &Frame, cpu: &Cpu) {
+        let Cpu { world, hierarchy, .. } = cpu;
+        let clamp_squared = clamp_squared(world.clamp_m);
+        self.clear();
+        self.cells.resize(grid.slices as usize, Cell::EMPTY);
+        tile_cells(grid, frame, index, &mut self.cells, |pixel, slice| {
+            self.pixels.push((slice as u64) << 32 | pixel as u64);
         });
-    }
-
-    /// What the lights of its cell give at a pixel; its work is added.
-    fn light(&self, grid: &Grid, frame: &Frame, pixel: usize, work: &mut Work) -> Vec3 {
-        let point = &frame.points[pixel];
-        if !point.is_there() {
-            return Vec3::ZERO;
-        }
-        let tile = &self.tiles[grid.tile_of(frame, pixel)];
-        let slice = grid.slice_of(frame, point);
-        let list = &tile.list[tile.first[slice]..tile.first[slice + 1]];
-        work.pixels += 1;
-        work.lights += list.len() as u64;
-        let mut sum = Vec3::ZERO;
-        for lights in list.chunks(PARTIAL) {
-            let mut partial = Vec3::ZERO;
-            for &place in lights {
-                partial += self.one(point, place as usize, &mut work.rays);
+        self.pixels.sort_unstable();
+        let mut listed = cpu.pool.own();
+        for of_cell in self.pixels.chunk_by(|a, b| a >> 32 == b >> 32) {
+            let before = self.list.len();
+            hierarchy.list(&self.cells[(of_cell[0] >> 32) as usize], &mut self.list);
+            listed.clear();
+            for &place in &self.list[before..] {
+                let place = place as usize;
+                listed.push(&hierarchy.lights[place], hierarchy.reaches[place].squared);
             }
-            sum += partial;
-        }
-        sum
-    }
-
-    fn one(&self, point: &Point, place: usize, rays: &mut u64) -> Vec3 {
-        let node = &self.hierarchy.lights[place];
-        let squared = (node.position - point.position).length_squared();
-        let share = self.hierarchy.reaches[place].share(squared, self.window);
-        if share == 0.0 {
-            return Vec3::ZERO;
-        }
-        let given = estimate(node, point, clamp_squared(self.world.clamp_m)) * share;
-        if self.world.occluders.is_some() && given != Vec3::ZERO {
-            *rays += 1;
-            if !self.world.sees(point, &self.world.lights[node.light as usize]) {
-                return Vec3::ZERO;
+            let lights = (self.list.len() - before) as u64;
+            for &pixel in of_cell {
+                let point = &frame.points[pixel as u32 as usize];
+                let (radiance, rays) = listed.light(point, world, clamp_squared);
+                self.radiance.push(radiance);
+                self.work += Work { pixels: 1, lights, rays, ..Work::default() };
             }
         }
-        given
+        self.work.entries = self.list.len() as u64;
+    }
+
+    fn clear(&mut self) {
+        self.pixels.clear();
+        self.radiance.clear();
+        self.list.clear();
+        self.work = Work::default();
     }
 }
 
@@ -111,38 +103,40 @@ impl Lighting for Cpu {
     }
 
     fn shade(&mut self, index: usize, count: bool) -> Result<Times, LightsError> {
-        let world = Arc::clone(&self.world);
-        let frame = world.frame(index)?;
-        let grid = self.grids[index];
-        self.assign(&grid, frame);
-        let mut radiance = std::mem::take(&mut self.shaded.radiance);
-        radiance.resize(frame.points.len(), Vec3::ZERO);
-        let width = frame.width.max(1) as usize;
-        let rows = radiance.par_chunks_mut(width).enumerate().map(|(row, out)| {
-            let mut work = Work::default();
-            for (column, out) in out.iter_mut().enumerate() {
-                *out = self.light(&grid, frame, row * width + column, &mut work);
-            }
-            work
+        let frame = self.world.frame(index)?;
+        let grid = &self.grids[index];
+        let mut tiles = std::mem::take(&mut self.tiles);
+        let (used, unused) = tiles.split_at_mut(grid.tiles());
+        used.par_iter_mut().enumerate().for_each(|(index, tile)| {
+            tile.light(index, grid, frame, self);
         });
-        let mut work = rows.reduce(Work::default, |mut a, b| {
-            a += b;
-            a
-        });
-        self.shaded.radiance = radiance;
-        work.entries = self.tiles.iter().map(|tile| tile.list.len() as u64).sum();
-        self.shaded.work = if count { work } else { Work::default() };
+        unused.iter_mut().for_each(Tile::clear);
+        self.tiles = tiles;
+        self.last = index;
+        self.counted = count;
         Ok(Times::new())
     }
 
     fn read(&mut self, shaded: &mut Shaded) -> Result<(), LightsError> {
-        shaded.clone_from(&self.shaded);
+        shaded.clear(self.world.frame(self.last)?.points.len(), false);
+        for tile in &self.tiles {
+            for (&pixel, &radiance) in tile.pixels.iter().zip(&tile.radiance) {
+                shaded.radiance[pixel as u32 as usize] = radiance;
+            }
+            if self.counted {
+                shaded.work += tile.work;
+            }
+        }
         Ok(())
     }
 
     fn bytes(&self) -> u64 {
-        let held =
-            |tile: &Tile| size_of::<Cell>() * tile.cells.capacity() + 4 * tile.list.capacity();
+        let held = |tile: &Tile| {
+            size_of::<Cell>() * tile.cells.capacity()
+                + 4 * tile.list.capacity()
+                + 8 * tile.pixels.capacity()
+                + size_of::<Vec3>() * tile.radiance.capacity()
+        };
         self.hierarchy.bytes() + self.tiles.iter().map(held).sum::<usize>() as u64
     }
 }

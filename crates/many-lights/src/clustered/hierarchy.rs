@@ -67,7 +67,8 @@ impl Hierarchy {
             (light.emission == Emission::Directional, curve.place(light.position), *index)
         });
         let reaches: Vec<_> = order.iter().map(|(_, _, reach)| *reach).collect();
-        let lights: Vec<_> = order.iter().map(|&(index, light, _)| packed(light, index)).collect();
+        let lights: Vec<_> =
+            order.iter().map(|&(index, light, _)| PackedNode::of(light, index as u32)).collect();
         let alone = |(node, reach): (&PackedNode, &Reach)| Group {
             min: node.position,
             max: node.position,
@@ -121,23 +122,6 @@ impl Hierarchy {
 
 fn grouped(below: &[Group]) -> Vec<Group> {
     below.chunks(FAN).map(Group::around).collect()
-}
-
-/// A light as the leaf that it is in trees.
-fn packed(light: &Light, index: usize) -> PackedNode {
-    let position = light.position.as_vec3();
-    PackedNode {
-        position,
-        cone_rad: 0.0,
-        intensity: light.intensity.as_vec3(),
-        size: 1,
-        axis: light.axis.as_vec3(),
-        half_angle_rad: light.emission.half_angle_rad() as f32,
-        min: position,
-        light: index as u32,
-        max: position,
-        kind: light.emission.code(),
-    }
 }
 
 /// Places along a curve that takes 2^20 steps to each side (Morton order).

@@ -21,7 +21,7 @@ mod hierarchy;
 mod reach;
 mod reference;
 
-pub use cells::{Cell, cells, tile_cells};
+pub use cells::{Cell, cells};
 pub use cpu::Cpu;
 pub use grid::{Grid, MAX_CELLS};
 pub use hierarchy::{FAN, Group, Hierarchy};

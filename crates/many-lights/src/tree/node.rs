@@ -7,7 +7,7 @@
 //! Lights of different kinds of emission never share a node, so that a bound is that of one kind:
 //! a tree is a few trees, one a kind, their roots listed.
 
-use crate::light::angle;
+use crate::{Light, light::angle};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -98,6 +98,11 @@ impl Node {
 }
 
 impl PackedNode {
+    /// The leaf of a light.
+    pub fn of(light: &Light, index: u32) -> Self {
+        super::fit::leaf(light, index).pack()
+    }
+
     /// The same numbers in f64.
     pub fn unpack(&self) -> Node {
         Node {

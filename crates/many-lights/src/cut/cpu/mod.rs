@@ -14,12 +14,12 @@ use super::{
 use crate::{
     Frame, Lightcuts, Lighting, LightsError, PackedTree, Point, Shaded, Times, Work,
     bound::packed::{self, PackedRegion},
+    pool::Pool,
 };
 use glam::Vec3;
 use lanes::{Tile, WIDTH};
 use packet::{Lit, Walk};
 use rayon::prelude::*;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The processor's form of all techniques that make cuts.
 pub struct Cpu {
@@ -27,7 +27,7 @@ pub struct Cpu {
     tree: PackedTree,
     shaded: Shaded,
     /// One a thread.
-    pool: Vec<Mutex<Scratch>>,
+    pool: Pool<Scratch>,
 }
 
 /// What a thread works in.
@@ -40,19 +40,11 @@ struct Scratch {
 impl Cpu {
     /// Made ready: the tree packed, memory for every thread of the current pool.
     pub fn new(given: Given) -> Self {
-        let scratch = |_| {
-            Mutex::new(Scratch { tile: Tile::default(), lit: Lit::default(), open: given.open() })
-        };
-        let pool = (0..rayon::current_num_threads().max(1)).map(scratch).collect();
+        let scratch = || Scratch { tile: Tile::default(), lit: Lit::default(), open: given.open() };
+        let pool = Pool::new(scratch);
         let mut shaded = Shaded::default();
         shaded.clear(given.pixels(), true);
         Self { tree: given.tree.pack(), shaded, pool, given }
-    }
-
-    fn scratch(&self) -> MutexGuard<'_, Scratch> {
-        let thread = rayon::current_thread_index().unwrap_or(0);
-        // Scratch is overwritten before it is read: a panic elsewhere leaves nothing to distrust.
-        self.pool[thread % self.pool.len()].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Lights the pixels of a tile.
@@ -139,7 +131,7 @@ impl Cpu {
         radiance: &mut [Vec3],
         visits: &mut [u32],
     ) -> Work {
-        let mut scratch = self.scratch();
+        let mut scratch = self.pool.own();
         let mut work = Work::default();
         let first = (row * tile::SIDE * frame.width) as usize;
         for column in 0..tile::tiles(frame.width, frame.height).0 {

@@ -1,24 +1,28 @@
 //! Lights of one kind side by side, and what they give without a branch: loops that compilers turn
 //! into vectors.
 
+mod listed;
+
+pub(crate) use listed::{Listed, Reached};
+
 use crate::{
-    Light, Point,
+    Light, PackedNode, Point, World,
     bound::packed::{HALF_CHORD, arc_sine},
 };
 use std::f32::consts::PI;
 
 /// Most lights of a block: 45 KiB, which second-level caches hold.
-pub(super) const BLOCK: usize = 1024;
+pub(crate) const BLOCK: usize = 1024;
 
 /// Numbers that are added side by side: loops over fewer are unrolled before they become vectors.
-pub(super) const LANES: usize = 64;
+pub(crate) const LANES: usize = 64;
 
 /// A number a light.
-pub(super) type Numbers = [f32; BLOCK];
+pub(crate) type Numbers = [f32; BLOCK];
 
 /// Lights of one kind, those beyond its number dark. One array a number.
 #[derive(Clone, Debug)]
-pub(super) struct Block {
+pub(crate) struct Block {
     /// How many are gone through: a multiple of [`LANES`].
     pub used: usize,
     pub intensity: [Numbers; 3],
@@ -26,36 +30,46 @@ pub(super) struct Block {
     axis: [Numbers; 3],
     /// One over the half angle.
     over_half_angle: Numbers,
+    /// What [`Reached`] says; of lights that reach everywhere, anything.
+    reach: Numbers,
     /// Which lights they are.
     pub lights: [u32; BLOCK],
 }
 
 impl Block {
-    const DARK: Self = Self {
+    pub(crate) const DARK: Self = Self {
         used: 0,
         intensity: [[0.0; BLOCK]; 3],
         position: [[0.0; BLOCK]; 3],
         axis: [[0.0; BLOCK]; 3],
         over_half_angle: [1.0; BLOCK],
+        reach: [0.0; BLOCK],
         lights: [0; BLOCK],
     };
 
-    fn set(&mut self, place: usize, index: usize, light: &Light) {
-        let axis = light.axis.normalize_or(glam::DVec3::Z).as_vec3().to_array();
-        let (position, intensity) = (light.position.as_vec3(), light.intensity.as_vec3());
-        for k in 0..3 {
-            self.position[k][place] = position[k];
-            self.axis[k][place] = axis[k];
-            self.intensity[k][place] = intensity[k];
+    /// Puts the leaf of a light at a place; those behind it, up to the next multiple of [`LANES`], are
+    /// dark.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, place: usize, leaf: &PackedNode, reach: f32) {
+        if place % LANES == 0 {
+            self.used = place + LANES;
+            for channel in &mut self.intensity {
+                channel[place..place + LANES].fill(0.0);
+            }
         }
-        self.over_half_angle[place] = (1.0 / light.emission.half_angle_rad()) as f32;
-        self.lights[place] = index as u32;
-        self.used = (place + 1).next_multiple_of(LANES);
+        for k in 0..3 {
+            self.position[k][place] = leaf.position[k];
+            self.axis[k][place] = leaf.axis[k];
+            self.intensity[k][place] = leaf.intensity[k];
+        }
+        self.over_half_angle[place] = 1.0 / leaf.half_angle_rad;
+        self.reach[place] = reach;
+        self.lights[place] = leaf.light;
     }
 }
 
 /// The lights of each kind, in their order.
-pub(super) fn blocks(lights: &[Light]) -> [Vec<Block>; 4] {
+pub(crate) fn blocks(lights: &[Light]) -> [Vec<Block>; 4] {
     let mut kinds = [const { Vec::<Block>::new() }; 4];
     let mut counts = [0; 4];
     for (index, light) in lights.iter().enumerate() {
@@ -65,7 +79,7 @@ pub(super) fn blocks(lights: &[Light]) -> [Vec<Block>; 4] {
             kinds[kind].push(Block::DARK);
         }
         if let Some(block) = kinds[kind].last_mut() {
-            block.set(place, index, light);
+            block.set(place, &PackedNode::of(light, index as u32), 0.0);
         }
         counts[kind] += 1;
     }
@@ -73,9 +87,9 @@ pub(super) fn blocks(lights: &[Light]) -> [Vec<Block>; 4] {
 }
 
 /// What each light of a block gives a white point, over its intensity and times π:
-/// `cos θ · falloff(φ) / max(distance², clamp²)`.
+/// `cos θ · falloff(φ) / max(distance², clamp²)`, as far as it reaches ([`Reached`], as a number).
 #[inline(always)]
-pub(super) fn weigh<const KIND: usize>(
+pub(crate) fn weigh<const KIND: usize, const REACHED: usize>(
     block: &Block,
     point: &Point,
     clamp_squared: f32,
@@ -86,6 +100,7 @@ pub(super) fn weigh<const KIND: usize>(
     let [ax, ay, az] = &block.axis;
     let [px, py, pz] = &block.position;
     let (at, n) = (point.position, point.normal);
+    let over_clamp_squared = 1.0 / clamp_squared;
     for i in 0..used {
         if KIND == DIRECTIONAL {
             weights[i] = positive(-(n.x * ax[i] + n.y * ay[i] + n.z * az[i]));
@@ -110,8 +125,59 @@ pub(super) fn weigh<const KIND: usize>(
             }
             _ => 1.0,
         };
-        weights[i] = cosine * falloff / greater(squared, clamp_squared);
+        // One division less than by the greater of the squares.
+        let over_squared = lesser(over_distance * over_distance, over_clamp_squared);
+        let left = match REACHED {
+            FADED => {
+                let ratio = squared * block.reach[i];
+                let left = positive(1.0 - ratio * ratio);
+                left * left
+            }
+            CUT => {
+                if squared > block.reach[i] {
+                    0.0
+                } else {
+                    1.0
+                }
+            }
+            _ => 1.0,
+        };
+        weights[i] = cosine * falloff * over_squared * left;
     }
+}
+
+/// The sum of products: at most 16 numbers a lane, then lanes by halves, so that little is lost.
+#[inline(always)]
+pub(crate) fn weighted(weights: &[f32], intensity: &[f32]) -> f32 {
+    let mut lanes = [0.0; LANES];
+    for (weights, intensity) in weights.chunks_exact(LANES).zip(intensity.chunks_exact(LANES)) {
+        for i in 0..LANES {
+            lanes[i] += weights[i] * intensity[i];
+        }
+    }
+    for i in 0..LANES / 2 {
+        lanes[i] += lanes[i + LANES / 2];
+    }
+    for i in 0..LANES / 4 {
+        lanes[i] += lanes[i + LANES / 4];
+    }
+    lanes[..LANES / 4].iter().sum()
+}
+
+/// Takes away what a point does not see, by a ray to every light that would reach it: their number.
+#[inline(never)]
+pub(crate) fn hide(weights: &mut Numbers, block: &Block, point: &Point, world: &World) -> u64 {
+    let mut rays = 0;
+    for (place, weight) in weights[..block.used].iter_mut().enumerate() {
+        let gives = |k: usize| point.albedo[k] * block.intensity[k][place] > 0.0;
+        if *weight > 0.0 && (0..3).any(gives) {
+            rays += 1;
+            if !world.sees(point, &world.lights[block.lights[place] as usize]) {
+                *weight = 0.0;
+            }
+        }
+    }
+    rays
 }
 
 /// The greater of two numbers, neither of them NaN: one instruction, where `max` needs three.
@@ -121,15 +187,25 @@ fn greater(a: f32, b: f32) -> f32 {
 }
 
 #[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
 fn positive(a: f32) -> f32 {
     greater(a, 0.0)
 }
 
 /// [`crate::Emission::code`].
-pub(super) const OMNI: usize = 0;
-pub(super) const ORIENTED: usize = 1;
-pub(super) const SPOT: usize = 2;
-pub(super) const DIRECTIONAL: usize = 3;
+pub(crate) const OMNI: usize = 0;
+pub(crate) const ORIENTED: usize = 1;
+pub(crate) const SPOT: usize = 2;
+pub(crate) const DIRECTIONAL: usize = 3;
+
+/// [`Reached`] as a number.
+pub(crate) const EVERYWHERE: usize = 0;
+const CUT: usize = 1;
+const FADED: usize = 2;
 
 #[cfg(test)]
 mod tests {
@@ -151,10 +227,10 @@ mod tests {
     fn weights(kind: usize, block: &Block, point: &Point) -> Vec<f32> {
         let mut weights = [f32::NAN; BLOCK];
         match kind {
-            OMNI => weigh::<OMNI>(block, point, 0.01, &mut weights),
-            ORIENTED => weigh::<ORIENTED>(block, point, 0.01, &mut weights),
-            SPOT => weigh::<SPOT>(block, point, 0.01, &mut weights),
-            _ => weigh::<DIRECTIONAL>(block, point, 0.01, &mut weights),
+            OMNI => weigh::<OMNI, EVERYWHERE>(block, point, 0.01, &mut weights),
+            ORIENTED => weigh::<ORIENTED, EVERYWHERE>(block, point, 0.01, &mut weights),
+            SPOT => weigh::<SPOT, EVERYWHERE>(block, point, 0.01, &mut weights),
+            _ => weigh::<DIRECTIONAL, EVERYWHERE>(block, point, 0.01, &mut weights),
         }
         weights[..block.used].to_vec()
     }
