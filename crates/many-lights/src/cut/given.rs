@@ -59,13 +59,7 @@ impl Given {
         let Some(method) = Method::of(technique) else {
             return Err(LightsError::value(format!("{technique:?}"), "makes no cuts"));
         };
-        let (leaves, lights) = (tree.leaves.len(), world.lights.len());
-        if leaves != lights {
-            return Err(LightsError::value(
-                "light tree",
-                format!("has {leaves} leaves for {lights} lights"),
-            ));
-        }
+        tree.check_number(&world.lights)?;
         let (world, tree) = (Arc::clone(world), Arc::clone(tree));
         Ok(Self { starts: Starts::roots(&tree.roots), world, tree, method })
     }

@@ -1,19 +1,18 @@
 //! The cap on a device.
 //!
 //! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 1.1.
-//! Deviations: as [`crate::capped`]. The processor chooses the lights, by its own walk of the tree, and
-//! uploads them in every frame: the largest bound first is a queue, which lanes in step have no use
-//! for, and so all forms choose alike. Its time is one of the frame's.
+//! Deviations: as [`crate::capped`]. The processor chooses the lights, and uploads them in every
+//! frame: choices that begin at those of the tile before are one after another, which lanes in step
+//! have no use for, and so all forms choose alike. Its time is one of the frame's.
 
 use super::{
     kernel::{Kernel, Parts},
     scene::Scene,
 };
 use crate::{
-    Capped, LightTree, Lighting, LightsError, PackedTree, Shaded, Times,
+    Capped, LightTree, Lighting, LightsError, Shaded, Times,
     bound::packed::clamp_squared,
-    capped::{Lists, check},
-    cut::tile::tiles,
+    capped::{Groups, Lists},
 };
 use dapple_gpu::wgpu;
 use std::{sync::Arc, time::Instant};
@@ -22,7 +21,7 @@ use std::{sync::Arc, time::Instant};
 pub(crate) struct OnDevice<'g> {
     scene: Arc<Scene<'g>>,
     kernel: Kernel<'g>,
-    tree: PackedTree,
+    groups: Groups,
     most: usize,
     lists: Lists,
     /// First entry and number of a tile's lights.
@@ -41,9 +40,8 @@ impl<'g> OnDevice<'g> {
         tree: &LightTree,
         settings: &Capped,
     ) -> Result<Self, LightsError> {
-        check(&scene.world, tree)?;
-        let tiles = scene.world.frames.iter().map(|frame| tiles(frame.width, frame.height));
-        let tiles = tiles.map(|(x, y)| u64::from(x) * u64::from(y)).max().unwrap_or(0);
+        tree.check_number(&scene.world.lights)?;
+        let tiles = scene.most_tiles();
         let most = (settings.most as usize).min(scene.world.lights.len());
         let entries = tiles.saturating_mul(most as u64);
         let heads = scene.gpu.buffer("lists of tiles", 8 * tiles)?;
@@ -59,7 +57,7 @@ impl<'g> OnDevice<'g> {
         Ok(Self {
             scene: Arc::clone(scene),
             kernel: Kernel::new(scene, &parts)?,
-            tree: tree.pack(),
+            groups: Groups::new(&tree.pack()),
             most,
             lists: Lists::default(),
             heads: Vec::new(),
@@ -72,7 +70,7 @@ impl<'g> OnDevice<'g> {
     fn choose(&mut self, index: usize) -> Result<(), LightsError> {
         let frame = self.scene.frame(index)?;
         let clamp_squared = clamp_squared(self.scene.world.clamp_m);
-        self.lists.fill(&self.tree, frame, self.most, clamp_squared);
+        self.lists.fill(&self.groups, frame, self.most, clamp_squared);
         let queue = &self.scene.gpu.queue;
         self.heads.clear();
         let mut before = 0;
@@ -116,6 +114,6 @@ impl Lighting for OnDevice<'_> {
     }
 
     fn bytes(&self) -> u64 {
-        self.kernel.bytes() + size_of_val(&*self.tree.nodes) as u64 + self.lists.bytes()
+        self.kernel.bytes() + self.groups.bytes() + self.lists.bytes()
     }
 }

@@ -13,6 +13,18 @@ const SUM: f64 = 1e-5;
 const ANGLE: f64 = 1e-6;
 
 impl LightTree {
+    /// Refuses a tree of another number of lights, without a look at its nodes.
+    ///
+    /// # Errors
+    /// [`LightsError::Value`] that tells both numbers.
+    pub fn check_number(&self, lights: &[Light]) -> Result<(), LightsError> {
+        let (leaves, lights) = (self.leaves.len(), lights.len());
+        if leaves == lights {
+            return Ok(());
+        }
+        Err(LightsError::value("light tree", format!("has {leaves} leaves for {lights} lights")))
+    }
+
     /// Whether this is a tree over `lights`: every light is in one leaf, a node's subtree is its
     /// children's, its box and its cone hold theirs, its intensity is the sum of theirs, its
     /// representative lies in its box, and the light that stands for it is one of its own.
@@ -54,9 +66,7 @@ impl LightTree {
             }
             open.push(end);
         }
-        if self.leaves.len() != lights.len() {
-            return refuse(format!("{} leaves for {} lights", self.leaves.len(), lights.len()));
-        }
+        self.check_number(lights)?;
         for (light, &leaf) in self.leaves.iter().enumerate() {
             let there = self.nodes.get(leaf as usize);
             if !there.is_some_and(|node| node.is_leaf() && node.light as usize == light) {
