@@ -54,6 +54,8 @@ const HALF_PI = 1.5707964;
 // Rounded up: cones of pi are, too.
 const WHOLE_CONE = 3.1415927;
 const OVER_PI = 0.31830987;
+// Rec. 709.
+const LUMINANCE = vec3<f32>(0.2126, 0.7152, 0.0722);
 // What rounding could take away from a bound; reasons in bound/mod.rs.
 const GUARD = 1.00001;
 const ALONG_SLACK = 9.6e-7;

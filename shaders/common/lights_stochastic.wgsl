@@ -24,10 +24,6 @@ fn worth(index: u32, point: Point) -> vec2<f32> {
         near = max(dot(outside, outside), frame.clamp_squared);
         far = max(dot(farthest, farthest), frame.clamp_squared);
     }
-    if REAL_TIME {
-        let strength = greatest(node.intensity);
-        return vec2<f32>(strength / near, strength / far);
-    }
     var bound: f32;
     if node.size == 1u {
         bound = greatest(estimate(node, point, frame.clamp_squared));
@@ -37,11 +33,12 @@ fn worth(index: u32, point: Point) -> vec2<f32> {
     return vec2<f32>(bound, bound * (near / far));
 }
 
-// Adds a node that can give anything; a light is exact, and not to be split.
+// Adds a node that can give anything, in real time to any pixel; a light is exact, and not to be
+// split.
 fn add_slot(node: u32, point: Point) {
     visits += 1u;
     let error = worth(node, point).x;
-    if error > 0.0 {
+    if error > 0.0 || (REAL_TIME && greatest(nodes[node].intensity) > 0.0) {
         let open = select(error, 0.0, nodes[node].size == 1u);
         slots[place(slot_count)] = vec2<u32>(node, bitcast<u32>(open));
         slot_count += 1u;

@@ -1,5 +1,5 @@
 // R3 and R4: every pixel walks the tree, skipping what stands for its lights. No stack, no list.
-// Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3.
+// Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, sections 3.1 and 3.2.
 #import common/lights_rule.wgsl
 #import common/lights_shadow.wgsl
 

@@ -1,6 +1,7 @@
 // R4 with one cut for the pixels of a tile that start alike: bounds are over all of them, so no lane
 // waits for another.
-// Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3.
+// Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, sections 3.1 and 3.2.
+// Deviations: the cut of a tile is ours.
 // Every lane walks the same way and bounds the same region by itself: lanes in step pay nothing for
 // that, and a walk needs no barrier.
 #import common/lights_rule.wgsl

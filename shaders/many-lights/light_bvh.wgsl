@@ -7,7 +7,6 @@ const MEASURES = 1u;
 
 // Taken off every smallest angle, radians: walked.rs.
 const SLACK_RAD = 1e-4;
-const LUMINANCE = vec3<f32>(0.2126, 0.7152, 0.0722);
 
 fn cosine_least(angle_rad: f32) -> f32 {
     return cosine_or_none(max(angle_rad - SLACK_RAD, 0.0));

@@ -1,7 +1,7 @@
 // R2: the cluster with the largest bound is split until none exceeds its share of the whole, found by
 // looking at every cluster of the cut.
 // Based on: B. Walter et al., "Lightcuts: a scalable approach to illumination", 2005, section 3, and
-// Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3 (the scan).
+// Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.2 (the scan).
 #import common/lights_tree.wgsl
 #import common/lights_shadow.wgsl
 #import common/lights_sum.wgsl

@@ -65,7 +65,6 @@ struct ReservoirParams {
 const NONE = 0xffffffffu;
 const LEAST_COSINE = 0.9063078;
 const DEPTH_SHARE = 0.1;
-const LUMINANCE = vec3<f32>(0.2126, 0.7152, 0.0722);
 
 // Lights evaluated, reservoirs looked at.
 var<private> counted: vec2<u32>;

@@ -1,4 +1,4 @@
-// Stochastic lightcuts in real time: a tile shares a cut, and nothing knows of orientation.
+// Stochastic lightcuts in real time: a tile shares a cut, made at one of its pixels by chance.
 // Based on: D. Lin and C. Yuksel, "Real-time stochastic lightcuts", 2020.
 #import common/lights_stochastic.wgsl
 

@@ -6,7 +6,7 @@
 //! Deviations: linear in the *angle*, which the thesis leaves open.
 
 use crate::LightsError;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// How the intensity of a light depends on the direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,4 +133,10 @@ impl Light {
 /// Luminance of linear RGB (Rec. 709).
 pub fn luminance(rgb: DVec3) -> f64 {
     rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// [`luminance`] in f32, as `common/lights.wgsl` has it.
+#[inline(always)]
+pub(crate) fn luminance_f32(rgb: Vec3) -> f32 {
+    rgb.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }

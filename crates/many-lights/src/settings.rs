@@ -79,8 +79,8 @@ pub struct LightBvh {
 pub struct StochasticLightcuts {
     /// Nodes of the cut: so many lights are drawn a pixel. At least 1.
     pub cut: u32,
-    /// Whether the cut is made once for 8 x 8 pixels and the walk below it has no bounds of
-    /// orientation (Lin and Yuksel 2020).
+    /// Whether the cut is made once for 8 x 8 pixels, at one of them by chance (Lin and Yuksel
+    /// 2020).
     pub real_time: bool,
 }
 

@@ -96,12 +96,13 @@ fn more_samples_scatter_less_and_cuts_of_all_lights_not_at_all() {
         let cut =
             |cut| variance(Technique::StochasticLightcuts(StochasticLightcuts { cut, real_time }));
         assert!(cut(20) < cut(6) && cut(6) < cut(1));
-        assert!(cut(40) == 0.0);
+        // Clusters that give nothing where a tile's cut is made are not split.
+        assert!(if real_time { cut(40) < cut(20) } else { cut(40) == 0.0 });
     }
     let cuts = [true, false].map(|real_time| {
         variance(Technique::StochasticLightcuts(StochasticLightcuts { cut: 16, real_time }))
     });
-    // Without bounds of orientation there is more noise.
+    // A cut that was made for another pixel leaves more noise.
     assert!(cuts[0] > cuts[1], "{cuts:?}");
 }
 

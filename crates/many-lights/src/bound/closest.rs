@@ -49,7 +49,8 @@ impl Closest {
     /// The greatest cosine.
     pub(super) fn cosine(self) -> f64 {
         let squared = self.along * self.along + self.across_squared;
-        if self.across_squared <= 0.0 || squared < NOWHERE {
+        let straight = self.across_squared <= 0.0 && self.along >= 0.0;
+        if straight || squared < NOWHERE {
             1.0
         } else {
             self.along / squared.sqrt()

@@ -92,19 +92,7 @@ fn difference(rule: Rule, index: u32, node: &Node, receiver: &Receiver<'_>) -> D
 /// The tree whose numbers are those of the packed one: what f32 walks is held against it, since
 /// packing has moved boxes and cones outwards already.
 pub fn unpacked(tree: &PackedTree) -> LightTree {
-    let node = |n: &PackedNode| Node {
-        min: n.min.as_dvec3(),
-        max: n.max.as_dvec3(),
-        position: n.position.as_dvec3(),
-        intensity: n.intensity.as_dvec3(),
-        axis: n.axis.as_dvec3(),
-        cone_rad: f64::from(n.cone_rad),
-        half_angle_rad: f64::from(n.half_angle_rad),
-        kind: n.kind,
-        size: n.size,
-        light: n.light,
-    };
-    let nodes: Vec<Node> = tree.nodes.iter().map(node).collect();
+    let nodes: Vec<Node> = tree.nodes.iter().map(PackedNode::unpack).collect();
     let lights = nodes.iter().filter(|node| node.is_leaf()).count();
     let mut leaves = vec![0; lights];
     for (index, node) in nodes.iter().enumerate().filter(|(_, node)| node.is_leaf()) {

@@ -4,7 +4,7 @@
 //! Deviations: the worst node is compared by the largest linear channel of its bound with that of the
 //! whole estimate, not by luminance; nodes may have more than two children, and a cut ends when those
 //! of its worst node no longer fit. The scan for the worst node is the thesis's (Melino Conte,
-//! "Real-time Rendering of Cities at Night", 2018, section 3.3): the same cut, found otherwise.
+//! "Real-time Rendering of Cities at Night", 2018, section 3.2): the same cut, found otherwise.
 
 use super::walk::children;
 use crate::{Lightcuts, Selection};

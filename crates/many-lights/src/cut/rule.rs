@@ -1,6 +1,6 @@
 //! The rules that look at one node alone.
 //!
-//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3 (the relative rule
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.2 (the relative rule
 //! that was rejected, the absolute one that was kept).
 //! Deviations: radiance is compared linear and by its largest channel; the thesis does not say which.
 

@@ -1,6 +1,6 @@
 //! Where walks begin, by what a pixel shows.
 //!
-//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.2 (per-pixel precuts).
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 5.2.1 (precuts).
 //! Deviations: none; an object without a list of its own begins at the tree's roots.
 
 use crate::LightsError;

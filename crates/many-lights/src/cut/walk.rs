@@ -1,6 +1,6 @@
 //! Ways through a tree in depth-first order.
 //!
-//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3 (skip counts in
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.1 (skip counts in
 //! place of a stack).
 //! Deviations: none.
 

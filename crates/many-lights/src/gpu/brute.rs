@@ -1,6 +1,6 @@
 //! R0 on a device.
 //!
-//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3 (every light for
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 1.1 (every light for
 //! every pixel).
 //! Deviations: sums are of blocks of 1024 lights. Lights are an array of 48 bytes each rather than
 //! leaves of a tree of 80: nothing but what is computed with is read.

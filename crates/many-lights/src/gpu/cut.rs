@@ -1,6 +1,7 @@
 //! R3 and R4 on a device: a walk a pixel, or one a tile.
 //!
-//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3.
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, sections 3.1 (skip counts) and
+//! 3.2 (rules).
 //! Deviations: the cut of a tile is ours.
 
 use super::{

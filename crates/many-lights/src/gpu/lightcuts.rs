@@ -1,6 +1,6 @@
 //! R2 on a device: the worst cluster of a cut is found by looking at all of them.
 //!
-//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3 (tried, and
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.2 (tried, and
 //! found too slow there).
 //! Deviations: clusters that may still be split lie in a buffer of bounded size, whose columns are
 //! used again tile after tile; single lights are summed at once and not kept.
@@ -8,7 +8,7 @@
 use super::{
     cut::{finite, form_constant},
     kernel::{Kernel, Parts},
-    scene::{Scene, TILE},
+    scene::{LANES, Scene},
     tree::Tree,
 };
 use crate::{Lightcuts, Lighting, LightsError, cut::Given};
@@ -21,9 +21,6 @@ const STATE_BYTES: u64 = 512 << 20;
 
 /// Bytes of an open cluster: its node and its bound.
 const CLUSTER_BYTES: u64 = 8;
-
-/// Pixels of a tile.
-const LANES: u64 = (TILE * TILE) as u64;
 
 /// Mirrors `LightcutsParams` of `many-lights/lightcuts.wgsl`.
 #[repr(C)]
@@ -50,10 +47,8 @@ pub(super) fn lightcuts<'g>(
     let rows = (settings.most as usize).max(given.starts.most()).min(given.tree.nodes.len());
     let group_bytes = LANES * CLUSTER_BYTES * rows.max(1) as u64;
     let budget = STATE_BYTES.min(gpu.limits().max_storage_buffer_binding_size);
-    let tiles = (0..scene.frames()).map(|frame| scene.tiles(frame).map(|[x, y]| x * y));
-    let tiles = tiles.collect::<Result<Vec<_>, _>>()?.into_iter().max().unwrap_or(0);
     let most = u64::from(gpu.limits().max_compute_workgroups_per_dimension);
-    let groups = (budget / group_bytes).min(tiles.into()).min(most).max(1);
+    let groups = (budget / group_bytes).min(scene.most_tiles()).min(most).max(1);
     let open = gpu.buffer("open clusters of cuts", groups * group_bytes)?;
     let params = LightcutsParams {
         epsilon: finite(settings.epsilon),

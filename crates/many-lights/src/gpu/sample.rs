@@ -2,7 +2,7 @@
 
 use super::{
     kernel::{Kernel, Parts},
-    scene::{Scene, TILE},
+    scene::{LANES, Scene},
     tree::Tree,
 };
 use crate::{
@@ -21,9 +21,6 @@ const SLOT_BYTES: u64 = 8;
 
 /// Slots that a cut takes beyond its greatest number, while a node is split.
 const SPARE: u64 = 2;
-
-/// Pixels of a tile.
-const LANES: u64 = (TILE * TILE) as u64;
 
 /// Mirrors `DrawParams` of `common/lights_draw.wgsl`.
 #[repr(C)]
@@ -46,13 +43,14 @@ struct Sampler<'g> {
 /// Makes a sampler.
 ///
 /// # Errors
-/// A technique that draws no lights down a tree; a tree or cuts over a limit of the device, by name.
+/// A technique that draws no lights down a tree; a tree of other lights; a tree or cuts over a limit of the device, by name.
 pub(crate) fn sampler<'g>(
     scene: &Arc<Scene<'g>>,
     technique: &Technique,
     tree: &LightTree,
 ) -> Result<Box<dyn Lighting + 'g>, LightsError> {
     let gpu = scene.gpu;
+    tree.check_number(&scene.world.lights)?;
     let nodes = Tree::new(gpu, &tree.pack(), &Starts::roots(&tree.roots))?;
     let (pass, path, params, slots, most_groups) = match technique {
         Technique::LightBvh(settings) => {
@@ -60,7 +58,7 @@ pub(crate) fn sampler<'g>(
             ("light-bvh", "many-lights/light_bvh.wgsl", params, None, None)
         }
         Technique::StochasticLightcuts(settings) => {
-            let cuts = cuts(scene, settings, tree)?;
+            let cuts = cuts(scene, settings, tree);
             let slots = gpu.buffer("slots of cuts", cuts.slots * SLOT_BYTES)?;
             let params = DrawParams {
                 number: cuts.most as u32,
@@ -97,26 +95,20 @@ struct Cuts {
     groups: Option<u32>,
 }
 
-fn cuts(
-    scene: &Scene<'_>,
-    settings: &StochasticLightcuts,
-    tree: &LightTree,
-) -> Result<Cuts, LightsError> {
+fn cuts(scene: &Scene<'_>, settings: &StochasticLightcuts, tree: &LightTree) -> Cuts {
     let limits = scene.gpu.limits();
     // No cut has more nodes than the tree; roots are members of it even beyond its most.
     let most = u64::from(settings.cut).min(tree.nodes.len().max(1) as u64);
     let column = most.max(tree.roots.len() as u64) + SPARE;
-    let tiles = (0..scene.frames()).map(|frame| scene.tiles(frame));
-    let tiles = tiles.map(|tiles| tiles.map(|[x, y]| u64::from(x) * u64::from(y)));
-    let tiles = tiles.collect::<Result<Vec<_>, _>>()?.into_iter().max().unwrap_or(0).max(1);
+    let tiles = scene.most_tiles().max(1);
     if settings.real_time {
-        return Ok(Cuts { most, slots: tiles * column, stride: column, groups: None });
+        return Cuts { most, slots: tiles * column, stride: column, groups: None };
     }
     let budget = STATE_BYTES.min(limits.max_storage_buffer_binding_size);
     let greatest = u64::from(limits.max_compute_workgroups_per_dimension).min(tiles);
     let groups = (budget / (LANES * SLOT_BYTES * column)).min(greatest).max(1);
     let stride = groups * LANES;
-    Ok(Cuts { most, slots: stride * column, stride, groups: Some(groups as u32) })
+    Cuts { most, slots: stride * column, stride, groups: Some(groups as u32) }
 }
 
 impl Lighting for Sampler<'_> {

@@ -1,14 +1,17 @@
 //! What all techniques share on a device, uploaded once.
 
 use super::occluders::Occluders;
-use crate::{Frame, Light, LightsError, World, bound::packed::clamp_squared};
+use crate::{Frame, Light, LightsError, World, bound::packed::clamp_squared, cut::tile};
 use bytemuck::{Pod, Zeroable};
 use dapple_gpu::{Gpu, GpuError, wgpu};
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
 
 /// Pixels a side of a tile: a workgroup is one tile.
-pub const TILE: u32 = 8;
+pub const TILE: u32 = tile::SIDE;
+
+/// Pixels of a tile: invocations of a workgroup.
+pub(super) const LANES: u64 = tile::LANES as u64;
 
 /// A single light in 48 bytes, in the order of [`World::lights`]; `Light` of
 /// `common/lights_frame.wgsl`.
@@ -161,7 +164,13 @@ impl<'g> Scene<'g> {
     /// A frame that there is not.
     pub fn tiles(&self, frame: usize) -> Result<[u32; 2], LightsError> {
         let frame = self.frame(frame)?;
-        Ok([frame.width.div_ceil(TILE), frame.height.div_ceil(TILE)])
+        Ok(tile::tiles(frame.width, frame.height).into())
+    }
+
+    /// Workgroups that cover the frame of most tiles.
+    pub(super) fn most_tiles(&self) -> u64 {
+        let tiles = self.world.frames.iter().map(|frame| tile::tiles(frame.width, frame.height));
+        tiles.map(|(columns, rows)| u64::from(columns) * u64::from(rows)).max().unwrap_or(0)
     }
 
     /// A frame of the world.
@@ -169,7 +178,7 @@ impl<'g> Scene<'g> {
     /// # Errors
     /// A frame that there is not.
     pub fn frame(&self, frame: usize) -> Result<&Frame, LightsError> {
-        self.world.frames.get(frame).ok_or_else(|| self.no_frame(frame))
+        self.world.frame(frame)
     }
 
     /// New buffers for what a technique gives and counts.
@@ -232,11 +241,8 @@ impl<'g> Scene<'g> {
     }
 
     fn of(&self, frame: usize) -> Result<&(wgpu::Buffer, wgpu::Buffer), LightsError> {
-        self.frames.get(frame).ok_or_else(|| self.no_frame(frame))
-    }
-
-    fn no_frame(&self, frame: usize) -> LightsError {
-        LightsError::value(format!("frame {frame}"), format!("there are {}", self.frames.len()))
+        // As many as the world has.
+        self.world.frame(frame).map(|_| &self.frames[frame])
     }
 }
 

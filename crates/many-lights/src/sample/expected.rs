@@ -27,7 +27,8 @@ pub struct Expected {
 /// small worlds. In f32 chances and radiance are those of the f32 form.
 ///
 /// # Errors
-/// A technique that is no sampler of this module, the form on a device, or a frame that there is not.
+/// A technique that is no sampler of this module, a tree of other lights, the form on a device, or a
+/// frame that there is not.
 pub fn expected(
     form: Form,
     technique: &Technique,
@@ -36,9 +37,8 @@ pub fn expected(
     frame: usize,
 ) -> Result<Expected, LightsError> {
     let kind = Kind::of(technique)?;
-    let Some(frame) = world.frames.get(frame) else {
-        return Err(LightsError::value(format!("frame {frame}"), "is not in the world"));
-    };
+    let frame = world.frame(frame)?;
+    tree.check_number(&world.lights)?;
     let clamp_m = world.clamp_m;
     match form {
         Form::Reference => {
@@ -75,7 +75,7 @@ fn image(walked: &impl Walked, kind: Kind, world: &World, frame: &Frame) -> Expe
                         let Some(at) = pivot(frame, column, row, start) else { continue };
                         let at = &frame.points[at];
                         stochastic::cut(walked, &settings, at, &mut slots, &mut 0);
-                        let below = stochastic::chances(walked, true, &slots, point);
+                        let below = stochastic::chances(walked, &slots, point);
                         let found = moments(walked, world, point, &below);
                         mean += found.0 / LANES as f64;
                         variance += found.1 / LANES as f64;
@@ -84,7 +84,7 @@ fn image(walked: &impl Walked, kind: Kind, world: &World, frame: &Frame) -> Expe
                 }
                 Kind::Stochastic(settings) => {
                     stochastic::cut(walked, &settings, point, &mut slots, &mut 0);
-                    let below = stochastic::chances(walked, false, &slots, point);
+                    let below = stochastic::chances(walked, &slots, point);
                     moments(walked, world, point, &below)
                 }
             };

@@ -144,7 +144,7 @@ impl<T: Walked> Sampler<T> {
                 lane.work.cut = slots.len() as u64;
                 lane.work.most_cut = slots.len() as u64;
                 lane.work.ended = u64::from(ended);
-                stochastic::radiance(&self.walked, settings.real_time, slots, lane)
+                stochastic::radiance(&self.walked, slots, lane)
             }
         }
     }
@@ -175,16 +175,10 @@ impl<T: Walked> Lighting for Sampler<T> {
 
     fn shade(&mut self, index: usize, count: bool) -> Result<Times, LightsError> {
         let world = Arc::clone(&self.world);
-        let Some(frame) = world.frames.get(index) else {
-            let limit = format!("there are {}", world.frames.len());
-            return Err(LightsError::value(format!("frame {index}"), limit));
-        };
+        let frame = world.frame(index)?;
         let mut shaded = std::mem::take(&mut self.shaded);
         let mut states = std::mem::take(&mut self.rows);
-        shaded.radiance.clear();
-        shaded.radiance.resize(frame.points.len(), Vec3::ZERO);
-        shaded.visits.clear();
-        shaded.visits.resize(frame.points.len(), 0);
+        shaded.clear(frame.points.len(), true);
         let pixels = (frame.width as usize * tile::SIDE as usize).max(1);
         let strips = shaded.radiance.chunks_mut(pixels).zip(shaded.visits.chunks_mut(pixels));
         if self.parallel {
@@ -198,7 +192,6 @@ impl<T: Walked> Lighting for Sampler<T> {
                 self.light(index, count, row, Strip { radiance, visits, state });
             }
         }
-        shaded.work = Work::default();
         if count {
             for state in &states[..frame.height.div_ceil(tile::SIDE) as usize] {
                 shaded.work += state.work;
@@ -210,7 +203,7 @@ impl<T: Walked> Lighting for Sampler<T> {
     }
 
     fn read(&mut self, shaded: &mut Shaded) -> Result<(), LightsError> {
-        shaded.clone_from(&self.shaded);
+        shaded.copy_from(&self.shaded);
         if !self.counted {
             shaded.visits.clear();
         }

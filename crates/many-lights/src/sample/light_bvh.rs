@@ -1,11 +1,12 @@
 //! Lights drawn down a tree in proportion to what may come from them.
 //!
 //! Based on: A. Conty Estevez and C. Kulla, "Importance sampling of many lights with adaptive tree
-//! splitting", 2018: the sampling.
+//! splitting", 2018: the sampling, one way down a sample.
 //! Deviations: trees of different kinds of emission are drawn from by the importance of their roots;
 //! nodes may have more than two children; siblings take random numbers of their own rather than one
-//! that is rescaled ([`super::descend`]); samples are independent of each other, without the
-//! adaptive splitting; importance as [`super::walked`] says.
+//! that is rescaled ([`super::descend`]); importance as [`super::walked`] says. The samples of a pixel
+//! are independent of each other, without the paper's adaptive splitting and without the stratified
+//! numbers that renderers draw with: from the second sample on both would leave less noise.
 
 use super::{
     descend::{Draw, draw, probabilities},

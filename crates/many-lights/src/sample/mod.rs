@@ -36,7 +36,7 @@ impl Kind {
 /// A sampler on the processor: the reference in f64 on one thread, the cpu form in f32 on all.
 ///
 /// # Errors
-/// A technique that draws no lights down a tree; the form on a device.
+/// A technique that draws no lights down a tree; a tree of other lights; the form on a device.
 pub fn make(
     form: Form,
     technique: &Technique,
@@ -44,6 +44,7 @@ pub fn make(
     tree: &Arc<LightTree>,
 ) -> Result<Box<dyn Lighting>, LightsError> {
     let kind = Kind::of(technique)?;
+    tree.check_number(&world.lights)?;
     let clamp_m = world.clamp_m;
     match form {
         Form::Reference => {

@@ -4,14 +4,15 @@
 //! nodes, always splitting the one with the largest error bound; below each a light is drawn, a child
 //! by the mean of its shares of bounds at the smallest and at the largest distance. Real time:
 //! D. Lin and C. Yuksel, "Real-time stochastic lightcuts", 2020: one cut for a tile, made at
-//! a pixel of it that changes by chance.
+//! a pixel of it that changes by chance; what can give nothing there stays in the cut, since other
+//! pixels may get something from it.
 //! Deviations: no light is carried over from a node to its child when a node is split, since a cut
 //! is made before anything is drawn; distances are clamped from below as estimates are, in place of
-//! the paper's rule for points inside of both boxes; nodes that can give nothing leave the cut; nodes
-//! may have more than two children, and one whose children do not fit stays; lights of different
-//! kinds start as nodes of their own, so that a cut holds at least one of each. In real time cut
-//! and ways down know intensity and distance only, while the published program also bounds the
-//! surface's cosine; trees are not rebuilt in a frame, nor is the result filtered.
+//! the paper's rule for points inside of both boxes; where a pixel makes its own cut, nodes that can
+//! give nothing leave it; nodes may have more than two children, and one whose children do not fit
+//! stays; lights of different kinds start as nodes of their own, so that a cut holds at least one of
+//! each. In real time lights' directions are bounded as in the published program's option for light
+//! cones; trees are not rebuilt in a frame, nor is the result filtered.
 
 use super::{
     descend::{Draw, children, draw, probabilities},
@@ -42,10 +43,10 @@ pub(super) fn cut(
     let mut ended = false;
     let mut add = |slots: &mut Vec<Slot>, node| {
         *visits += 1;
-        let error = error(walked, settings, point, node);
+        let [error, _] = worth(walked, point, node);
         // A light is exact.
         let open = if walked.size(node) == 1 { 0.0 } else { error };
-        if error > 0.0 {
+        if error > 0.0 || (settings.real_time && walked.shines(node)) {
             slots.push(Slot { node, error: open });
         }
     };
@@ -84,31 +85,18 @@ pub(super) fn cut(
     }
 }
 
-/// What bounds the error where the node's lights are drawn from.
-fn error(walked: &impl Walked, settings: &StochasticLightcuts, point: &Point, node: u32) -> f64 {
-    worth(walked, settings.real_time, point, node)[0]
-}
-
-/// How much may come from a node were all its lights as near, and as far, as its box allows.
-pub(super) fn worth(walked: &impl Walked, real_time: bool, point: &Point, node: u32) -> [f64; 2] {
+/// How much may come from a node were all its lights as near, and as far, as its box allows. The first
+/// is its error bound.
+pub(super) fn worth(walked: &impl Walked, point: &Point, node: u32) -> [f64; 2] {
     let [near, far] = walked.distances_squared(node, point);
-    if real_time {
-        let strength = walked.strength(node);
-        return [strength / near, strength / far];
-    }
     let bound = walked.bound(node, point);
     [bound, bound * (near / far)]
 }
 
 /// The sum over the cut of what a light of each node gives over its chance.
-pub(super) fn radiance(
-    walked: &impl Walked,
-    real_time: bool,
-    slots: &[Slot],
-    lane: &mut Lane<'_>,
-) -> DVec3 {
+pub(super) fn radiance(walked: &impl Walked, slots: &[Slot], lane: &mut Lane<'_>) -> DVec3 {
     let point = lane.point;
-    let worth = |node| worth(walked, real_time, point, node);
+    let worth = |node| worth(walked, point, node);
     let mut sum = DVec3::ZERO;
     for slot in slots {
         if walked.size(slot.node) == 1 {
@@ -125,12 +113,7 @@ pub(super) fn radiance(
 }
 
 /// The lights of each node of the cut, and their chances there.
-pub(super) fn chances(
-    walked: &impl Walked,
-    real_time: bool,
-    slots: &[Slot],
-    point: &Point,
-) -> Vec<Vec<Draw>> {
-    let worth = |node| worth(walked, real_time, point, node);
+pub(super) fn chances(walked: &impl Walked, slots: &[Slot], point: &Point) -> Vec<Vec<Draw>> {
+    let worth = |node| worth(walked, point, node);
     slots.iter().map(|slot| probabilities(walked, &[slot.node], &worth)).collect()
 }

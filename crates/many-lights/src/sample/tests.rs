@@ -56,7 +56,7 @@ fn all_chances(walked: &impl Walked, point: &Point, pivot: &Point) -> Vec<Vec<Ve
         let mut slots = Vec::new();
         stochastic::cut(walked, &settings, at, &mut slots, &mut 0);
         assert!(slots.len() <= (cut as usize).max(walked.roots().len()), "{}", slots.len());
-        all.push(stochastic::chances(walked, real_time, &slots, point));
+        all.push(stochastic::chances(walked, &slots, point));
     }
     all
 }
@@ -115,8 +115,8 @@ fn frequencies_are_the_enumerated_chances() {
         let values = [
             frequencies(&double, |node| [double.importance(node, point)], index as u32),
             frequencies(&single, |node| [single.importance(node, point)], index as u32),
-            frequencies(&double, |node| stochastic::worth(&double, false, point, node), 7),
-            frequencies(&single, |node| stochastic::worth(&single, true, point, node), 9),
+            frequencies(&double, |node| stochastic::worth(&double, point, node), 7),
+            frequencies(&single, |node| stochastic::worth(&single, point, node), 9),
         ];
         // 20 tests at 1 in 10,000 each: deterministic, and 1 in 500 by chance of seeds.
         for (chance, control) in values {

@@ -4,7 +4,7 @@
 use crate::{
     BoundForm, Emission, LightTree, Node, PackedNode, PackedTree, Point,
     bound::{self, packed},
-    light::{angle, luminance},
+    light::{angle, luminance, luminance_f32},
 };
 use glam::{DVec3, Vec3};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
@@ -13,9 +13,6 @@ use std::sync::Arc;
 /// Taken off every smallest angle of an importance, radians, in f64 and f32 alike: rounding must not
 /// make a cluster worth nothing that holds a light worth something.
 pub(super) const SLACK_RAD: f64 = 1e-4;
-
-/// Rec. 709, as [`luminance`].
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// How clusters are bounded where a cut is made or a child is chosen by its bound.
 const BOUND: BoundForm = BoundForm::Cheap;
@@ -41,8 +38,8 @@ pub(super) trait Walked: Sync {
     /// The most that any channel can get from the node: of a leaf, what it gives.
     fn bound(&self, node: u32, point: &Point) -> f64;
 
-    /// The greatest channel of the summed intensity.
-    fn strength(&self, node: u32) -> f64;
+    /// Whether any of its lights has any intensity.
+    fn shines(&self, node: u32) -> bool;
 
     /// Squared distances to the nearest and the farthest point of the node's box, clamped from below;
     /// 1 for parallel light.
@@ -113,8 +110,8 @@ impl Walked for Double {
         bound::point(BOUND, self.node(node), point, self.clamp_m)
     }
 
-    fn strength(&self, node: u32) -> f64 {
-        self.node(node).intensity.max_element()
+    fn shines(&self, node: u32) -> bool {
+        self.node(node).intensity != DVec3::ZERO
     }
 
     fn distances_squared(&self, node: u32, point: &Point) -> [f64; 2] {
@@ -154,7 +151,7 @@ impl Walked for Single {
     fn importance(&self, node: u32, point: &Point) -> f64 {
         let found = self.node(node);
         if found.size == 1 {
-            return packed::estimate(found, point, self.clamp_squared).dot(LUMINANCE).into();
+            return luminance_f32(packed::estimate(found, point, self.clamp_squared)).into();
         }
         packed_importance(found, point, self.clamp_squared).into()
     }
@@ -167,8 +164,8 @@ impl Walked for Single {
         packed::point(BOUND, found, point, self.clamp_squared).into()
     }
 
-    fn strength(&self, node: u32) -> f64 {
-        self.node(node).intensity.max_element().into()
+    fn shines(&self, node: u32) -> bool {
+        self.node(node).intensity != Vec3::ZERO
     }
 
     fn distances_squared(&self, node: u32, point: &Point) -> [f64; 2] {
@@ -229,11 +226,11 @@ fn cosine(angle_rad: f64) -> f64 {
     if least >= FRAC_PI_2 { 0.0 } else { least.cos() }
 }
 
-/// [`importance`] in f32, operation for operation as `common/lights_importance.wgsl` has it.
+/// [`importance`] in f32, operation for operation as `many-lights/light_bvh.wgsl` has it.
 fn packed_importance(node: &PackedNode, point: &Point, clamp_squared: f32) -> f32 {
     const SLACK: f32 = SLACK_RAD as f32;
     let cosine = |angle: f32| packed::cosine_or_none((angle - SLACK).max(0.0));
-    let energy = (point.albedo * node.intensity).dot(LUMINANCE) * std::f32::consts::FRAC_1_PI;
+    let energy = luminance_f32(point.albedo * node.intensity) * std::f32::consts::FRAC_1_PI;
     if node.kind == Emission::Directional.code() {
         return energy * cosine(packed::angle_between(point.normal, -node.axis) - node.cone_rad);
     }

@@ -5,8 +5,9 @@
 //! `I (α² + c² (1 - cos β)²)`, α the diagonal of the box, β half the opening of the cone of axes, c
 //! the diagonal of the scene.
 //! Deviations: cones of joined clusters are the smallest that hold both cones, not all axes, so that a
-//! join costs the same however many lights there are (nodes have exact ones). c is 0 for omni lights,
-//! and for parallel ones, which are places on the sphere of axes.
+//! join costs the same however many lights there are (nodes have exact ones). c is the diagonal of the
+//! box of the lights of a kind, and 0 for omni lights and for parallel ones, which are places on the
+//! sphere of axes.
 
 use super::median::place_of;
 use crate::{Light, light::Emission};

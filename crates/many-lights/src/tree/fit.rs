@@ -1,6 +1,6 @@
 //! Nodes of a tree whose shape is known.
 //!
-//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.1, Eq. 3.1
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3, Eq. 3.1
 //! (weighted representatives); B. Walter et al., "Lightcuts: a scalable approach to illumination",
 //! 2005, section 4 (random ones).
 //! Deviations: see [`super::Node`] for axes and cones.

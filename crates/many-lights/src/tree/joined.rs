@@ -1,6 +1,6 @@
 //! A small tree beside a large one: lights that move, clustered anew every frame.
 //!
-//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 6.2 (future work:
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 6.1 (future work:
 //! dynamic lights in a second tree). Walks sum over all roots, so that a second tree is more roots.
 
 use super::{LightTree, PackedTree};

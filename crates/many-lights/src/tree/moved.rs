@@ -44,10 +44,7 @@ impl LightTree {
     }
 
     fn checked<'l>(&self, lights: &'l [Light], light: u32) -> Result<&'l Light, LightsError> {
-        if lights.len() != self.leaves.len() {
-            let limit = format!("{} for a tree of {}", lights.len(), self.leaves.len());
-            return Err(LightsError::value("lights", limit));
-        }
+        self.check_number(lights)?;
         let name = format!("light {light}");
         let Some(now) = lights.get(light as usize) else {
             return Err(LightsError::value(name, format!("there are {}", lights.len())));

@@ -1,7 +1,7 @@
 //! What the f32 forms hold, on processors and devices alike.
 
 use super::{DEPTH_SHARE, LEAST_COSINE, NONE};
-use crate::{Eye, PackedNode, Point, gpu::PackedLight};
+use crate::{Eye, PackedNode, Point, gpu::PackedLight, light::luminance_f32};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -127,11 +127,9 @@ pub(crate) fn leaf(light: &PackedLight, index: u32) -> PackedNode {
 /// Luminance (Rec. 709); 0 where it is no finite number.
 #[inline(always)]
 pub(crate) fn target_of(radiance: Vec3) -> f32 {
-    let value = radiance.dot(LUMINANCE);
+    let value = luminance_f32(radiance);
     if value <= f32::MAX { value } else { 0.0 }
 }
-
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 #[cfg(test)]
 mod tests {

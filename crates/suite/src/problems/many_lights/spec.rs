@@ -127,8 +127,8 @@ const PER: &[Variant] = &[
     variant("tile", "one cut for 8 x 8 pixels, bounded over all of them"),
 ];
 const SHARED: &[Variant] = &[
-    variant("offline", "every pixel makes its own cut; bounds know directions (Yuksel)"),
-    variant("real-time", "one cut for 8 x 8 pixels, without directions (Lin and Yuksel)"),
+    variant("offline", "every pixel makes its own cut (Yuksel)"),
+    variant("real-time", "one cut for 8 x 8 pixels, made at one of them (Lin and Yuksel)"),
 ];
 const REUSE: &[Variant] = &[
     variant("unbiased", "only candidates that could have been drawn are counted"),
