@@ -5,7 +5,7 @@ mod lists_support;
 use dapple_many_lights::{
     BoundForm, Capped, Emission, Form, Frame, LightTree, Point, Technique, World,
     bound::{Region, packed, region},
-    capped::{Choice, Groups, strongest, strongest_of_all},
+    capped::{Choice, FAN, Groups, strongest, strongest_of_all},
     cut::tile::{pixels, tiles},
     make, radiance,
     worlds::{Cloud, Facade, cloud, facade},
@@ -88,8 +88,11 @@ fn groups_are_bounded_no_lower_than_their_lights() {
             let over = packed::PackedRegion::of(points.iter()).unwrap();
             groups.bound(&over, clamp, &mut bounds);
             for (group, &bound) in (0..).zip(&bounds) {
-                for light in groups.of(group) {
+                let mut lanes = [0.0; FAN];
+                groups.bound_lights(group, &over, clamp, &mut lanes);
+                for (light, lane) in groups.of(group).iter().zip(lanes) {
                     let own = packed::region(BoundForm::Walter, light, &over, clamp);
+                    assert_eq!(own, lane, "{name}: {light:?} in {over:?}");
                     assert!(own <= bound, "{name}: {light:?} in {over:?}: {own} over {bound}");
                     compared += 1;
                 }

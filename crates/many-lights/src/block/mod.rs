@@ -7,7 +7,10 @@ pub(crate) use listed::{Listed, Reached};
 
 use crate::{
     Light, PackedNode, Point, World,
-    bound::packed::{HALF_CHORD, arc_sine},
+    bound::{
+        branchless::{greater, lesser},
+        packed::{HALF_CHORD, arc_sine},
+    },
 };
 use std::f32::consts::PI;
 
@@ -178,17 +181,6 @@ pub(crate) fn hide(weights: &mut Numbers, block: &Block, point: &Point, world: &
         }
     }
     rays
-}
-
-/// The greater of two numbers, neither of them NaN: one instruction, where `max` needs three.
-#[inline(always)]
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }
 
 #[inline(always)]

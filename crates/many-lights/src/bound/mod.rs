@@ -15,6 +15,7 @@
 //! so that both decide alike: [`GUARD`], [`ALONG_SLACK`], [`ANGLE_SLACK_RAD`] and [`SQUARE_SLACK`].
 
 mod angles;
+pub(crate) mod branchless;
 mod closest;
 pub mod packed;
 mod region;

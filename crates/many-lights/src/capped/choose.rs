@@ -8,7 +8,7 @@
 //! groups. Cones of clusters are of no use for that: what bounds the light that a cluster gives may lie
 //! below the bound of one of its lights by its own axis.
 
-use super::Groups;
+use super::{FAN, Groups};
 use crate::{
     BoundForm,
     bound::packed::{PackedRegion, region},
@@ -93,16 +93,18 @@ pub fn strongest(
     }
     choice.open.sort_unstable_by(|a, b| b.cmp(a));
     choice.found.clear();
-    let enough = most.saturating_mul(2).saturating_add(super::groups::FAN);
+    let mut bounds = [0.0; FAN];
+    let enough = most.saturating_mul(2).saturating_add(FAN);
     for at in 0..choice.open.len() {
         let group = choice.open[at];
         if f32::from_bits((group >> 32) as u32) < limit {
             choice.ended = true;
             break;
         }
-        for leaf in groups.of(group as u32) {
-            let bound = region(BoundForm::Walter, leaf, over, clamp_squared);
-            choice.bounds += 1;
+        groups.bound_lights(group as u32, over, clamp_squared, &mut bounds);
+        let lights = groups.of(group as u32);
+        choice.bounds += lights.len() as u64;
+        for (leaf, &bound) in lights.iter().zip(&bounds) {
             if bound > 0.0 && bound >= limit {
                 let last = u64::from(u32::MAX - leaf.light);
                 choice.found.push(u64::from(bound.to_bits()) << 32 | last);

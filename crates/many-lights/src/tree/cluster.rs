@@ -123,11 +123,6 @@ impl Metric {
         intensity * (diagonal + self.turned(cosine(a, b)))
     }
 
-    /// Whether joining two costs more than `limit` for their box alone; their cone is not looked at.
-    pub fn exceeds(&self, a: &Cluster, b: &Cluster, limit: f64) -> bool {
-        (a.intensity + b.intensity) * (a.max.max(b.max) - a.min.min(b.min)).length_squared() > limit
-    }
-
     /// The part of the cost that a cone of this cosine gives.
     pub fn turned(&self, cosine: f64) -> f64 {
         let open = 1.0 - cosine;
@@ -197,6 +192,5 @@ mod tests {
         let open = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
         assert!((metric.cost(&a, &b) - 2.0 * (25.0 + 4.0 * open * open)).abs() < 1e-12);
         assert_eq!(Metric { c_squared: 0.0 }.cost(&a, &b), 50.0);
-        assert!(metric.exceeds(&a, &b, 49.9) && !metric.exceeds(&a, &b, 50.0));
     }
 }

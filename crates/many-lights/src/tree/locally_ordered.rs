@@ -10,6 +10,7 @@
 //! with them the tree's depth, stay logarithmic whatever the lights.
 
 use super::{
+    along::Along,
     cluster::{Cluster, Metric},
     shape::Merge,
 };
@@ -17,44 +18,35 @@ use glam::DVec3;
 use obvhs::ploc::morton::morton_encode_u64_unorm;
 use rayon::prelude::*;
 
-/// Neighbours on either side that are looked at.
-const RADIUS: usize = 16;
 /// A pass that joins fewer than one cluster in so many counts as stuck.
 const STUCK: usize = 32;
-/// Fewer clusters are not worth the other threads.
-const PARALLEL: usize = 2048;
-
-/// A pair by its cost, then by its places; the least is joined first.
-type Rank = (u64, u32, u32);
-
-const NEVER: Rank = (u64::MAX, u32::MAX, u32::MAX);
+/// Clusters that one thread looks at in a row.
+const PIECE: usize = 1024;
 
 /// All joins, in order; the same for any number of threads.
 pub(super) fn merges(metric: &Metric, lights: Vec<Cluster>) -> Vec<Merge> {
     let count = lights.len() as u32;
-    let mut ids = along_curve(&lights);
-    let mut clusters: Vec<Cluster> = ids.iter().map(|&id| lights[id as usize]).collect();
+    let around = cube(&lights);
+    let mut ids = along_curve(&lights, around);
+    let mut clusters = Along::new(metric, &lights, &ids, around);
     drop(lights);
-    let mut merges: Vec<Merge> = Vec::with_capacity(clusters.len());
-    let mut best: Vec<u32> = Vec::new();
+    let mut merges: Vec<Merge> = Vec::with_capacity(ids.len());
+    let mut best: Vec<u32> = vec![0; ids.len()];
     while clusters.len() > 1 {
-        let nearest = |i| nearest(metric, &clusters, i) as u32;
-        best.clear();
-        if clusters.len() < PARALLEL {
-            best.extend((0..clusters.len()).map(nearest));
-        } else {
-            (0..clusters.len()).into_par_iter().map(nearest).collect_into_vec(&mut best);
-        }
+        let len = clusters.len();
+        best.truncate(len);
+        let pieces = best.par_chunks_mut(PIECE).enumerate();
+        pieces.for_each(|(piece, best)| clusters.nearest(piece * PIECE, best));
         let mutual = |best: &[u32], i: usize| best[best[i] as usize] as usize == i;
-        let joined = (0..best.len()).filter(|&i| i < best[i] as usize && mutual(&best, i)).count();
-        if joined * STUCK < clusters.len() {
+        let joined = (0..len).filter(|&i| i < best[i] as usize && mutual(&best, i)).count();
+        if joined * STUCK < len {
             for (i, with) in best.iter_mut().enumerate() {
                 // The last of an odd number is its own partner.
-                *with = (i ^ 1).min(clusters.len() - 1) as u32;
+                *with = (i ^ 1).min(len - 1) as u32;
             }
         }
         let mut kept = 0;
-        for i in 0..clusters.len() {
+        for i in 0..len {
             let with = best[i] as usize;
             let mutual = with != i && mutual(&best, i);
             if mutual && with < i {
@@ -62,10 +54,11 @@ pub(super) fn merges(metric: &Metric, lights: Vec<Cluster>) -> Vec<Merge> {
             }
             if mutual {
                 merges.push([ids[i], ids[with]]);
-                let id = count + merges.len() as u32 - 1;
-                (ids[kept], clusters[kept]) = (id, clusters[i].joined(&clusters[with]));
+                ids[kept] = count + merges.len() as u32 - 1;
+                clusters.put_joined(kept, i, with);
             } else {
-                (ids[kept], clusters[kept]) = (ids[i], clusters[i]);
+                ids[kept] = ids[i];
+                clusters.put(kept, i);
             }
             kept += 1;
         }
@@ -75,31 +68,20 @@ pub(super) fn merges(metric: &Metric, lights: Vec<Cluster>) -> Vec<Merge> {
     merges
 }
 
-/// The place of the neighbour that is most like cluster `i`.
-fn nearest(metric: &Metric, clusters: &[Cluster], i: usize) -> usize {
-    let last = (i + RADIUS).min(clusters.len() - 1);
-    let mut best = NEVER;
-    for j in (i.saturating_sub(RADIUS)..=last).filter(|&j| j != i) {
-        let (a, b) = (&clusters[i], &clusters[j]);
-        if metric.exceeds(a, b, f64::from_bits(best.0)) {
-            continue;
-        }
-        // Costs are not negative: their bits are in their order.
-        best = best.min((metric.cost(a, b).to_bits(), (i ^ j) as u32, i.min(j) as u32));
+/// The cube around all middles: lower corner and side.
+fn cube(clusters: &[Cluster]) -> (DVec3, f64) {
+    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for cluster in clusters {
+        (min, max) = (min.min(cluster.min), max.max(cluster.max));
     }
-    if best == NEVER { i } else { best.1 as usize ^ i }
+    (min, (max - min).max_element())
 }
 
 /// Numbers by the Morton codes of the boxes' middles, 21 bits an axis in the cube around them.
-fn along_curve(clusters: &[Cluster]) -> Vec<u32> {
-    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for cluster in clusters {
-        (min, max) = (min.min(cluster.middle()), max.max(cluster.middle()));
-    }
-    let side = (max - min).max_element();
-    let scale = if side > 0.0 { 1.0 / side } else { 0.0 };
+fn along_curve(clusters: &[Cluster], (min, side): (DVec3, f64)) -> Vec<u32> {
+    let scale = if side > 0.0 { 0.5 / side } else { 0.0 };
     let code = |(id, cluster): (u32, &Cluster)| {
-        (morton_encode_u64_unorm((cluster.middle() - min) * scale), id)
+        (morton_encode_u64_unorm((cluster.middle() - 2.0 * min) * scale), id)
     };
     let mut codes: Vec<(u64, u32)> =
         clusters.par_iter().enumerate().map(|(id, c)| code((id as u32, c))).collect();

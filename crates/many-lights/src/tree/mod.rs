@@ -1,5 +1,6 @@
 //! Light trees: lights clustered, in depth-first order with skip counts.
 
+mod along;
 mod check;
 pub mod city;
 mod cluster;

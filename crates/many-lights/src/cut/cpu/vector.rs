@@ -2,7 +2,13 @@
 //! branches within a lane, so that compilers make vectors of them. A test holds them to the same bits.
 
 use super::lanes::{Points, Row, WIDTH};
-use crate::{BoundForm, Emission, PackedNode, bound::packed};
+use crate::{
+    BoundForm, Emission, PackedNode,
+    bound::{
+        branchless::{self, OMNI, ORIENTED, SPOT, greater, lesser},
+        packed::{self, PackedRegion},
+    },
+};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -56,10 +62,6 @@ pub(super) fn bounds(
     }
 }
 
-const OMNI: u32 = 0;
-const ORIENTED: u32 = 1;
-const SPOT: u32 = 2;
-
 #[inline(always)]
 fn of_kind<const KIND: u32, const CHEAP: bool>(
     node: &PackedNode,
@@ -68,29 +70,8 @@ fn of_kind<const KIND: u32, const CHEAP: bool>(
 ) -> Row {
     let mut row = Row::default();
     for lane in 0..WIDTH {
-        let (position, normal, albedo) = points.vectors(lane);
-        let greatest = packed::GUARD * FRAC_1_PI * max_element(albedo * node.intensity);
-        let (low, high) = (node.min - position, node.max - position);
-        let outside = Vec3::new(
-            greater(greater(low.x, -high.x), 0.0),
-            greater(greater(low.y, -high.y), 0.0),
-            greater(greater(low.z, -high.z), 0.0),
-        );
-        let squared = outside.dot(outside);
-        let cosine = greater(closest::<CHEAP>(normal, low, high, squared).cosine(), 0.0);
-        let falloff = if KIND == OMNI {
-            1.0
-        } else {
-            let angle = closest::<CHEAP>(node.axis, -high, -low, squared).angle();
-            let least = greater(angle - node.cone_rad - packed::ANGLE_SLACK_RAD, 0.0);
-            if KIND == ORIENTED {
-                packed::cosine_or_none(least)
-            } else {
-                greater(1.0 - least / node.half_angle_rad, 0.0)
-            }
-        };
-        let bound = greatest * (cosine * falloff / greater(squared, clamp_squared));
-        row[lane] = if cosine == 0.0 { 0.0 } else { bound };
+        let at = PackedRegion::at(&points.get(lane));
+        row[lane] = branchless::region::<KIND, CHEAP, true>(node, &at, clamp_squared);
     }
     row
 }
@@ -143,87 +124,12 @@ fn estimates_of_kind<const KIND: u32>(
     rows
 }
 
-/// The greater of two numbers, `b` where `a` is none: one instruction, which [`f32::max`] is not.
-#[inline(always)]
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn max_element(v: Vec3) -> f32 {
-    greater(v.x, greater(v.y, v.z))
-}
-
 #[inline(always)]
 fn angle_between(a: Vec3, b: Vec3) -> f32 {
     let flip = a.dot(b) < 0.0;
     let (near, far) = (a - b, a + b);
     let chord = if flip { far.dot(far) } else { near.dot(near) };
     packed::from_half_chord(lesser(0.5 * chord.sqrt(), packed::HALF_CHORD), flip)
-}
-
-#[inline(always)]
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-#[derive(Clone, Copy)]
-struct Closest {
-    along: f32,
-    across_squared: f32,
-}
-
-#[inline(always)]
-fn absolute(v: Vec3) -> Vec3 {
-    Vec3::new(v.x.abs(), v.y.abs(), v.z.abs())
-}
-
-#[inline(always)]
-fn closest<const CHEAP: bool>(axis: Vec3, low: Vec3, high: Vec3, squared: f32) -> Closest {
-    let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
-    let farthest = Vec3::new(
-        greater(low.x.abs(), high.x.abs()),
-        greater(low.y.abs(), high.y.abs()),
-        greater(low.z.abs(), high.z.abs()),
-    );
-    let slack = packed::ALONG_SLACK * (farthest.x + farthest.y + farthest.z);
-    let along = axis.dot(centre) + absolute(axis).dot(half) + slack;
-    let by_distance = squared * (1.0 - packed::SQUARE_SLACK) - along * along;
-    if CHEAP {
-        let behind = along < 0.0;
-        return Closest {
-            along: if behind { 0.0 } else { along },
-            across_squared: if behind { 1.0 } else { greater(by_distance, 0.0) },
-        };
-    }
-    let (u, v) = packed::frame(axis);
-    let (middle_u, reach_u) = (u.dot(centre).abs(), absolute(u).dot(half));
-    let (middle_v, reach_v) = (v.dot(centre).abs(), absolute(v).dot(half));
-    let (far_u, far_v) = (middle_u + reach_u + slack, middle_v + reach_v + slack);
-    let near_u = greater(middle_u - reach_u - slack, 0.0);
-    let near_v = greater(middle_v - reach_v - slack, 0.0);
-    let near = greater(near_u * near_u + near_v * near_v, by_distance);
-    let far = far_u * far_u + far_v * far_v;
-    Closest { along, across_squared: if along < 0.0 { far } else { near } }
-}
-
-impl Closest {
-    #[inline(always)]
-    fn cosine(self) -> f32 {
-        let squared = self.along * self.along + self.across_squared;
-        let cosine = self.along / squared.sqrt();
-        if self.across_squared <= 0.0 || squared < packed::NOWHERE { 1.0 } else { cosine }
-    }
-
-    #[inline(always)]
-    fn angle(self) -> f32 {
-        let squared = self.along * self.along + self.across_squared;
-        let length = squared.sqrt();
-        let twice = 2.0 * length * (length + self.along.abs());
-        let half_chord = (greater(self.across_squared, 0.0) / twice).sqrt();
-        let angle = packed::from_half_chord(half_chord, self.along < 0.0);
-        if squared < packed::NOWHERE { 0.0 } else { angle }
-    }
 }
 
 #[cfg(test)]
