@@ -1,4 +1,4 @@
-// Lists the lights whose reach touches a cell's box: one workgroup a cell, its lanes share out the
+// Lists the lights whose reach and cone touch a cell's box: one workgroup a cell, its lanes share out the
 // groups of lights. Counts first, takes so much room for the cell, then writes: within a list the
 // order is always the same, only where lists lie is not.
 // Based on: O. Olsson, M. Billeter and U. Assarsson, "Clustered deferred and forward shading", 2012,
@@ -37,9 +37,22 @@ fn touches(low: vec3<f32>, high: vec3<f32>, box: array<vec3<f32>, 2>, reach_squa
     return dot(outside, outside) <= reach_squared * NEARER;
 }
 
+// Whether the light leaves it towards any place of the box: as bound/packed.rs has it.
+fn shines_into(light: Light, box: array<vec3<f32>, 2>) -> bool {
+    if light.kind == KIND_OMNI || light.kind == KIND_DIRECTIONAL {
+        return true;
+    }
+    let low = box[0] - light.position;
+    let high = box[1] - light.position;
+    let outside = max(max(low, -high), vec3<f32>(0.0));
+    let found = closest(FORM_WALTER, light.axis, low, high, dot(outside, outside));
+    return closest_angle(found) - ANGLE_SLACK_RAD < light.half_angle_rad;
+}
+
 fn light_touches(light: Light, box: array<vec3<f32>, 2>) -> bool {
     // Where other kernels have nothing, these lights have the square of their reach.
-    return touches(light.position, light.position, box, bitcast<f32>(light.pad));
+    return touches(light.position, light.position, box, bitcast<f32>(light.pad))
+        && shines_into(light, box);
 }
 
 @compute @workgroup_size(LANES)

@@ -5,7 +5,8 @@
 //! 2018, section 5.1 (spot lights that fall linearly to 0 at 45 degrees).
 //! Deviations: linear in the *angle*, which the thesis leaves open.
 
-use crate::LightsError;
+use crate::{LightsError, PackedNode};
+use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
 /// How the intensity of a light depends on the direction.
@@ -42,6 +43,25 @@ pub struct Light {
     pub intensity: DVec3,
     /// How it depends on the direction.
     pub emission: Emission,
+}
+
+/// A single light in 48 bytes, in the order of [`crate::World::lights`]; `Light` of
+/// `common/lights_frame.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PackedLight {
+    /// Metres, local.
+    pub position: Vec3,
+    /// Where its cone ends, radians.
+    pub half_angle_rad: f32,
+    /// Linear RGB.
+    pub intensity: Vec3,
+    /// [`crate::Emission::code`].
+    pub kind: u32,
+    /// Unit length.
+    pub axis: Vec3,
+    /// Unused.
+    pub pad: u32,
 }
 
 impl Emission {
@@ -124,9 +144,40 @@ impl Light {
         Ok(())
     }
 
+    /// The light in f32.
+    pub fn pack(&self) -> PackedLight {
+        PackedLight {
+            position: self.position.as_vec3(),
+            half_angle_rad: self.emission.half_angle_rad() as f32,
+            intensity: self.intensity.as_vec3(),
+            kind: self.emission.code(),
+            axis: self.axis.normalize_or(DVec3::Z).as_vec3(),
+            pad: 0,
+        }
+    }
+
     /// Luminance of the intensity (Rec. 709).
     pub fn luminance(&self) -> f64 {
         luminance(self.intensity)
+    }
+}
+
+impl PackedLight {
+    /// Light `index` as the leaf that it is in trees.
+    #[inline(always)]
+    pub(crate) fn leaf(&self, index: u32) -> PackedNode {
+        PackedNode {
+            position: self.position,
+            cone_rad: 0.0,
+            intensity: self.intensity,
+            size: 1,
+            axis: self.axis,
+            half_angle_rad: self.half_angle_rad,
+            min: self.position,
+            light: index,
+            max: self.position,
+            kind: self.kind,
+        }
     }
 }
 

@@ -1,6 +1,9 @@
 //! Techniques made ready in one of three forms.
 
-use crate::{LightTree, LightsError, Technique, Work, World, brute, cut, gpu, sample::reservoirs};
+use crate::{
+    LightTree, LightsError, Technique, Work, World, brute, capped, clustered, cut, gpu,
+    sample::{self, reservoirs},
+};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -85,60 +88,49 @@ pub fn make<'g>(
     scene: Option<&Arc<crate::gpu::Scene<'g>>>,
 ) -> Result<Box<dyn Lighting + 'g>, LightsError> {
     technique.check()?;
-    match (form, technique) {
-        (Form::Reference, Technique::BruteForce) => Ok(Box::new(brute::Reference::new(world))),
-        (Form::Cpu, Technique::BruteForce) => Ok(Box::new(brute::Cpu::new(world))),
-        (Form::Gpu, Technique::BruteForce) => {
-            gpu::brute_force(gpu::scene_with_shadows(scene, world)?)
+    let on_device = || gpu::scene_with_shadows(scene, world);
+    let given = || cut::Given::new(technique, world, tree);
+    Ok(match (technique, form) {
+        (Technique::BruteForce, Form::Reference) => Box::new(brute::Reference::new(world)),
+        (Technique::BruteForce, Form::Cpu) => Box::new(brute::Cpu::new(world)),
+        (Technique::BruteForce, Form::Gpu) => gpu::brute_force(on_device()?)?,
+        (Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_), form) => {
+            match form {
+                Form::Reference => Box::new(cut::Reference::new(given()?)),
+                Form::Cpu => Box::new(cut::Cpu::new(given()?)),
+                Form::Gpu => gpu::cut(on_device()?, &given()?)?,
+            }
         }
-        (Form::Gpu, Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_)) => {
-            gpu::cut(
-                gpu::scene_with_shadows(scene, world)?,
-                &cut::Given::new(technique, world, tree)?,
-            )
+        (Technique::LightBvh(_) | Technique::StochasticLightcuts(_), form) => match form {
+            Form::Reference | Form::Cpu => sample::make(form, technique, world, tree)?,
+            Form::Gpu => gpu::sampler(on_device()?, technique, tree)?,
+        },
+        (Technique::Reservoirs(settings), Form::Reference) => {
+            Box::new(reservoirs::Reference::new(settings, world)?)
         }
-        (
-            Form::Reference,
-            Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_),
-        ) => Ok(Box::new(cut::Reference::new(cut::Given::new(technique, world, tree)?))),
-        (Form::Cpu, Technique::Lightcuts(_) | Technique::Relative(_) | Technique::Absolute(_)) => {
-            Ok(Box::new(cut::Cpu::new(cut::Given::new(technique, world, tree)?)))
+        (Technique::Reservoirs(settings), Form::Cpu) => {
+            Box::new(reservoirs::Cpu::new(settings, world)?)
         }
-        (Form::Gpu, Technique::Reservoirs(settings)) => {
-            Ok(Box::new(gpu::OnDeviceReservoirs::new(settings, gpu::scene_of(scene, world)?)?))
+        (Technique::Reservoirs(settings), Form::Gpu) => {
+            Box::new(gpu::OnDeviceReservoirs::new(settings, gpu::scene_of(scene, world)?)?)
         }
-        (Form::Reference, Technique::Reservoirs(settings)) => {
-            Ok(Box::new(reservoirs::Reference::new(settings, world)?))
+        (Technique::Clustered(settings), Form::Reference) => {
+            Box::new(clustered::Reference::new(world, settings)?)
         }
-        (Form::Cpu, Technique::Reservoirs(settings)) => {
-            Ok(Box::new(reservoirs::Cpu::new(settings, world)?))
+        (Technique::Clustered(settings), Form::Cpu) => {
+            Box::new(clustered::Cpu::new(world, settings)?)
         }
-        (
-            Form::Reference | Form::Cpu,
-            Technique::LightBvh(_) | Technique::StochasticLightcuts(_),
-        ) => crate::sample::make(form, technique, world, tree),
-        (Form::Reference, Technique::Clustered(settings)) => {
-            Ok(Box::new(crate::clustered::Reference::new(world, settings)?))
+        (Technique::Clustered(settings), Form::Gpu) => {
+            Box::new(gpu::OnDeviceClustered::new(on_device()?, settings)?)
         }
-        (Form::Gpu, Technique::Clustered(settings)) => {
-            let scene = gpu::scene_with_shadows(scene, world)?;
-            Ok(Box::new(gpu::OnDeviceClustered::new(scene, settings)?))
+        (Technique::Capped(settings), Form::Reference) => {
+            Box::new(capped::Reference::new(world, tree, settings)?)
         }
-        (Form::Gpu, Technique::Capped(settings)) => {
-            let scene = gpu::scene_with_shadows(scene, world)?;
-            Ok(Box::new(gpu::OnDeviceCapped::new(scene, tree, settings)?))
+        (Technique::Capped(settings), Form::Cpu) => {
+            Box::new(capped::Cpu::new(world, tree, settings)?)
         }
-        (Form::Reference, Technique::Capped(settings)) => {
-            Ok(Box::new(crate::capped::Reference::new(world, tree, settings)?))
+        (Technique::Capped(settings), Form::Gpu) => {
+            Box::new(gpu::OnDeviceCapped::new(on_device()?, tree, settings)?)
         }
-        (Form::Cpu, Technique::Capped(settings)) => {
-            Ok(Box::new(crate::capped::Cpu::new(world, tree, settings)?))
-        }
-        (Form::Cpu, Technique::Clustered(settings)) => {
-            Ok(Box::new(crate::clustered::Cpu::new(world, settings)?))
-        }
-        (Form::Gpu, Technique::LightBvh(_) | Technique::StochasticLightcuts(_)) => {
-            gpu::sampler(gpu::scene_with_shadows(scene, world)?, technique, tree)
-        }
-    }
+    })
 }

@@ -49,9 +49,17 @@ fn at_reach(settings: &Clustered) -> f64 {
     if settings.cutoff.is_finite() { 2.0 * settings.cutoff } else { 0.0 }
 }
 
-/// Lights that reach a point and are not in its cell's list.
+/// What leaves a light towards a point, over what leaves it along its axis.
+fn towards(light: &Light, point: &Point) -> f64 {
+    let to_point = (point.position.as_dvec3() - light.position).normalize_or_zero();
+    light.emission.falloff(light.axis.dot(to_point).clamp(-1.0, 1.0).acos())
+}
+
+/// Lights that reach a point and are not in its cell's list. `listed` has the lights that lists are
+/// made of: the world's own, unless something is to be found missing.
 fn missing(
     world: &World,
+    listed: &World,
     frame: &Frame,
     settings: &Clustered,
     change: impl Fn(&mut Cell),
@@ -59,8 +67,8 @@ fn missing(
     let grid = Grid::of(frame, settings).unwrap();
     let mut cells = cells(&grid, frame);
     cells.iter_mut().for_each(change);
-    let lists = lists(world, &cells, settings.cutoff);
-    let hierarchy = Hierarchy::new(&world.lights, settings.cutoff);
+    let lists = lists(listed, &cells, settings.cutoff);
+    let hierarchy = Hierarchy::new(&listed.lights, settings.cutoff);
     let mut missing = 0;
     for (pixel, point) in frame.points.iter().enumerate().filter(|(_, p)| p.is_there()) {
         let cell = grid.cell_of(frame, pixel);
@@ -71,14 +79,15 @@ fn missing(
         for (index, light) in world.lights.iter().enumerate() {
             let distance = light.position.distance(point.position.as_dvec3());
             let reach = reach_m(light, settings.cutoff);
-            if reach > 0.0 && distance <= reach {
+            let share = towards(light, point);
+            if reach > 0.0 && distance <= reach && share > 0.0 {
                 missing += usize::from(list.binary_search(&(index as u32)).is_err());
             }
             // f32 decides by its own distance.
             let place = hierarchy.lights.iter().position(|node| node.light == index as u32);
             let in_f32 = place.is_some_and(|place| {
                 let squared = (hierarchy.lights[place].position - point.position).length_squared();
-                squared <= hierarchy.reaches[place].squared
+                share > 1e-4 && squared <= hierarchy.reaches[place].squared
             });
             missing += usize::from(in_f32 && !found.contains(&(index as u32)));
         }
@@ -91,9 +100,33 @@ fn no_light_within_reach_is_missing() {
     for emissions in all_emissions() {
         let world = cloud(&Cloud { lights: 60, emissions, ..Cloud::default() }).world;
         for settings in settings() {
-            assert_eq!(missing(&world, &world.frames[0], &settings, |_| ()), 0, "{settings:?}");
+            assert_eq!(
+                missing(&world, &world, &world.frames[0], &settings, |_| ()),
+                0,
+                "{settings:?}"
+            );
         }
     }
+}
+
+#[test]
+fn cones_shorten_lists_and_narrower_ones_miss_lights() {
+    let world = cloud(&Cloud { lights: 200, emissions: vec![WINDOW], ..Cloud::default() }).world;
+    let with = |emission: Emission| {
+        let lights = world.lights.iter().map(|light| Light { emission, ..*light }).collect();
+        World { lights, ..world.clone() }
+    };
+    let (frame, settings) = (&world.frames[0], Clustered { cutoff: 1e-2, ..SETTINGS });
+    let entries = |world: &World| {
+        let grid = Grid::of(frame, &settings).unwrap();
+        lists(world, &cells(&grid, frame), settings.cutoff).lights.len()
+    };
+    let all_sides = with(Emission::Omni);
+    // A cone of 45 degrees to each side is 0.15 of all directions; boxes are not points.
+    assert!(2 * entries(&world) < entries(&all_sides), "{}", entries(&all_sides));
+    assert_eq!(missing(&world, &all_sides, frame, &settings, |_| ()), 0);
+    let narrower = with(Emission::Spot { half_angle_rad: 0.7 });
+    assert!(missing(&world, &narrower, frame, &settings, |_| ()) > 10);
 }
 
 #[test]
@@ -105,13 +138,13 @@ fn cells_drawn_in_miss_lights() {
         // Depth runs along -z: as if points lay no deeper than their cell's middle.
         cell.min.z = 0.5 * (cell.min.z + cell.max.z);
     };
-    assert!(missing(&world, &world.frames[0], &settings, near_end_only) > 10);
+    assert!(missing(&world, &world, &world.frames[0], &settings, near_end_only) > 10);
     let shrunk = |cell: &mut Cell| {
         let middle = 0.5 * (cell.min + cell.max);
         cell.min = cell.min.lerp(middle, 0.1);
         cell.max = cell.max.lerp(middle, 0.1);
     };
-    assert!(missing(&world, &world.frames[0], &settings, shrunk) > 0);
+    assert!(missing(&world, &world, &world.frames[0], &settings, shrunk) > 0);
     // A reach taken without 1 / π is too long for a cutoff, and harmless; with π twice too short.
     let light = world.lights[0];
     let at_reach = Light { position: DVec3::Y * reach_m(&light, 0.1), ..light };
@@ -286,6 +319,6 @@ proptest! {
         let mut world = plane(lights.iter().map(light).collect(), scale, [6, 4]).world;
         world.frames[0].points = points.iter().map(point).collect();
         let settings = Clustered { cutoff, tile, slices, window: false };
-        prop_assert_eq!(missing(&world, &world.frames[0], &settings, |_| ()), 0);
+        prop_assert_eq!(missing(&world, &world, &world.frames[0], &settings, |_| ()), 0);
     }
 }

@@ -84,7 +84,7 @@ mod tests {
         let across = DVec3::new(0.0, 1.0, 0.0);
         for i in 0..2000 {
             // From 1e-7 to a half turn less 1e-7.
-            let small = 10f64.powf(-7.0 + 7.5 * f64::from(i) / 2000.0).min(3.14);
+            let small = 10f64.powf(-7.0 + 7.5 * f64::from(i) / 2000.0).min(3.1);
             for turn in [small, std::f64::consts::PI - small] {
                 let b = (a * turn.cos() + across * turn.sin()).as_vec3();
                 let got = f64::from(angle_between(a.as_vec3(), b));

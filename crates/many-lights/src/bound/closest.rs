@@ -1,7 +1,7 @@
 //! The vector of a box that leans most towards an axis.
 
-use super::{ALONG_SLACK, SQUARE_SLACK};
-use crate::BoundForm;
+use super::{ALONG_SLACK, ANGLE_SLACK_RAD, SQUARE_SLACK};
+use crate::{BoundForm, Emission, Light};
 use glam::DVec3;
 
 /// No vector of the box makes a smaller angle with the axis than this one.
@@ -50,17 +50,28 @@ impl Closest {
     pub(super) fn cosine(self) -> f64 {
         let squared = self.along * self.along + self.across_squared;
         let straight = self.across_squared <= 0.0 && self.along >= 0.0;
-        if straight || squared < NOWHERE {
-            1.0
-        } else {
-            self.along / squared.sqrt()
-        }
+        if straight || squared < NOWHERE { 1.0 } else { self.along / squared.sqrt() }
     }
 
     /// The smallest angle, radians.
     pub(super) fn angle(self) -> f64 {
         let squared = self.along * self.along + self.across_squared;
         if squared < NOWHERE { 0.0 } else { self.across_squared.max(0.0).sqrt().atan2(self.along) }
+    }
+}
+
+impl Light {
+    /// Whether the light leaves it towards any place of a box, as far as the angle from its axis tells
+    /// and rounding can.
+    pub fn shines_into(&self, min: DVec3, max: DVec3) -> bool {
+        if matches!(self.emission, Emission::Omni | Emission::Directional) {
+            return true;
+        }
+        let (low, high) = (min - self.position, max - self.position);
+        let squared = low.max(-high).max(DVec3::ZERO).length_squared();
+        let axis = self.axis.normalize_or(DVec3::Z);
+        let least = Closest::of(BoundForm::Walter, axis, low, high, squared, 1.0).angle();
+        least - ANGLE_SLACK_RAD < self.emission.half_angle_rad()
     }
 }
 

@@ -2,10 +2,10 @@
 //!
 //! Based on: B. Walter et al., "Lightcuts: a scalable approach to illumination", 2005, section 4
 //! (bounds of point, oriented and directional clusters), and Melino Conte, "Real-time Rendering of
-//! Cities at Night", 2018, section 3.1 (spot lights, the cheap form).
-//! Deviations: the lights' axes are a cone rather than one direction, and its half opening is taken
-//! from the angle; Walter's form also knows the box's own distance, so that it is nowhere above the
-//! cheap one.
+//! Cities at Night", 2018, section 3.2 (the same in a cut on a GPU).
+//! Deviations: spot lights and the cheap form are ours; the lights' axes are a cone rather than one
+//! direction, and its half opening is taken from the angle; Walter's form also knows the box's own
+//! distance, so that it is nowhere above the cheap one.
 //!
 //! `U = max over channels(albedo · intensity) / π · cos θ · S(max(0, φ - cone)) / max(d², clamp²)`:
 //! cos θ is the greatest cosine to the normal of any vector from the point into the box, φ the

@@ -199,6 +199,20 @@ pub(crate) fn frame(axis: Vec3) -> (Vec3, Vec3) {
     (u, Vec3::new(b, sign + axis.y * axis.y * a, -axis.y))
 }
 
+impl PackedNode {
+    /// [`crate::Light::shines_into`] of a leaf, in f32.
+    pub(crate) fn shines_into(&self, min: Vec3, max: Vec3) -> bool {
+        if self.kind == OMNI || self.kind == DIRECTIONAL {
+            return true;
+        }
+        let (low, high) = (min - self.position, max - self.position);
+        let outside = low.max(-high).max(Vec3::ZERO);
+        let squared = outside.dot(outside);
+        let least = Closest::of(BoundForm::Walter, self.axis, low, high, squared).angle();
+        least - ANGLE_SLACK_RAD < self.half_angle_rad
+    }
+}
+
 impl PackedRegion {
     /// A single point.
     #[inline]

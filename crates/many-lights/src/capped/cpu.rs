@@ -38,7 +38,7 @@ impl Cpu {
         Ok(Self {
             world: Arc::clone(world),
             groups: Groups::new(&tree.pack()),
-            most: settings.most as usize,
+            most: (settings.most as usize).min(world.lights.len()),
             clamp_squared: clamp_squared(world.clamp_m),
             lists: Lists::default(),
             pool: Pool::new(|| Listed::new(Reached::Everywhere)),

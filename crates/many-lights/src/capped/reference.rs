@@ -3,7 +3,7 @@
 use crate::{
     BoundForm, Capped, LightTree, Lighting, LightsError, Shaded, Times, Work, World,
     bound::{Region, region},
-    cut::tile::{pixels, tiles},
+    cut::tile::{all, pixels},
     radiance,
 };
 use glam::{DVec3, Vec3};
@@ -68,8 +68,7 @@ impl Lighting for Reference {
         self.shaded.radiance.clear();
         self.shaded.radiance.resize(frame.points.len(), Vec3::ZERO);
         let mut work = Work::default();
-        let (columns, rows) = tiles(width, height);
-        for (row, column) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+        for (column, row) in all(width, height) {
             let pixels = || pixels(width, height, column, row);
             let Some(over) = Region::of(pixels().map(|pixel| &frame.points[pixel])) else {
                 continue;

@@ -83,8 +83,8 @@ impl Hierarchy {
         Self { lights, reaches, levels }
     }
 
-    /// Appends the lights (places in [`Hierarchy::lights`]) whose reach touches the box of a cell, in
-    /// increasing order.
+    /// Appends the lights (places in [`Hierarchy::lights`]) whose reach and cone touch the box of a
+    /// cell, in increasing order.
     pub fn list(&self, cell: &Cell, list: &mut Vec<u32>) {
         if cell.is_empty() {
             return;
@@ -107,7 +107,8 @@ impl Hierarchy {
         for place in first..(first + FAN).min(self.lights.len()) {
             let position = self.lights[place].position;
             let outside = (cell.min - position).max(position - cell.max).max(Vec3::ZERO);
-            if outside.length_squared() <= self.reaches[place].squared {
+            let near = outside.length_squared() <= self.reaches[place].squared;
+            if near && self.lights[place].shines_into(cell.min, cell.max) {
                 list.push(place as u32);
             }
         }

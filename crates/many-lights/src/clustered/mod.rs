@@ -5,7 +5,8 @@
 //! cells that hold points are listed, by their points' own boxes (the paper's explicit bounds); lights
 //! are found through a hierarchy of 32 in one.
 //! Deviations: cells are bounded along the axes of the world rather than of the eye, which is as
-//! tight, and tighter where walls follow them; normals are no part of a cell; the hierarchy over
+//! tight, and tighter where walls follow them; normals are no part of a cell; of lights that shine
+//! into a cone only those are listed whose cone may touch the box, as engines do; the hierarchy over
 //! lights is made once, since they do not move, and is not part of a frame, while cells and lists are.
 //! Parallel eyes have slices of equal depth.
 //!

@@ -22,7 +22,7 @@ impl Lists {
     }
 }
 
-/// Lists each light in every cell whose box lies within its reach.
+/// Lists each light in every cell whose box lies within its reach and its cone.
 pub fn lists(world: &World, cells: &[Cell], cutoff: f64) -> Lists {
     let reaches: Vec<_> = world.lights.iter().map(|light| reach_m(light, cutoff)).collect();
     let mut lists = Lists { first: vec![0], ..Lists::default() };
@@ -32,7 +32,7 @@ pub fn lists(world: &World, cells: &[Cell], cutoff: f64) -> Lists {
             let outside = (min - light.position).max(light.position - max).max(DVec3::ZERO);
             let near = light.emission == Emission::Directional
                 || outside.length_squared() <= reach * reach;
-            if *reach > 0.0 && near && !cell.is_empty() {
+            if *reach > 0.0 && near && !cell.is_empty() && light.shines_into(min, max) {
                 lists.lights.push(index as u32);
             }
         }

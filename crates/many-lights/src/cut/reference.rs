@@ -190,8 +190,7 @@ impl Lighting for Reference {
         let frame = world.frame(index)?;
         let mut shaded = std::mem::take(&mut self.shaded);
         shaded.clear(frame.points.len(), count);
-        let (columns, rows) = tile::tiles(frame.width, frame.height);
-        for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |c| (row, c))) {
+        for (column, row) in tile::all(frame.width, frame.height) {
             let pixels = tile::pixels(frame.width, frame.height, column, row);
             let points: Vec<_> = pixels
                 .map(|pixel| (pixel, frame.points[pixel]))

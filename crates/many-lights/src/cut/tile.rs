@@ -13,6 +13,12 @@ pub fn tiles(width: u32, height: u32) -> (u32, u32) {
     (width.div_ceil(SIDE), height.div_ceil(SIDE))
 }
 
+/// Column and row of every tile of a frame, row by row.
+pub fn all(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
+    let (columns, rows) = tiles(width, height);
+    (0..rows).flat_map(move |row| (0..columns).map(move |column| (column, row)))
+}
+
 /// Indices of the pixels of tile (`column`, `row`), row by row, those outside of the frame left out.
 pub fn pixels(
     width: u32,
@@ -39,10 +45,9 @@ pub struct Spread {
 
 /// 64 times the most visits of any pixel of a tile, summed over tiles: [`Work::lane_visits`].
 pub fn lane_visits(width: u32, height: u32, visits: &[u32]) -> u64 {
-    let (columns, rows) = tiles(width, height);
     let most = |column, row| pixels(width, height, column, row).map(|pixel| visits[pixel]).max();
-    let tiles = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
-    tiles.map(|(column, row)| LANES as u64 * u64::from(most(column, row).unwrap_or(0))).sum()
+    let waited = |(column, row)| LANES as u64 * u64::from(most(column, row).unwrap_or(0));
+    all(width, height).map(waited).sum()
 }
 
 /// The spread of `visits`, one a pixel of `frame`.
@@ -71,9 +76,8 @@ mod tests {
     #[test]
     fn tiles_hold_every_pixel_once() {
         for (width, height) in [(0, 0), (1, 1), (8, 8), (9, 7), (17, 24)] {
-            let (columns, rows) = tiles(width, height);
             let mut seen = vec![0; (width * height) as usize];
-            for (row, column) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+            for (column, row) in all(width, height) {
                 pixels(width, height, column, row).for_each(|pixel| seen[pixel] += 1);
             }
             assert!(seen.iter().all(|&times| times == 1), "{width} x {height}");

@@ -6,8 +6,8 @@
 
 use crate::{LightTree, Node};
 
-/// The children of a node of a tree whose nodes have `size`.
-pub fn children(node: u32, size: impl Fn(u32) -> u32) -> impl Iterator<Item = u32> {
+/// The children of a node of a tree whose nodes have `size`, in order.
+pub fn children(node: u32, size: impl Fn(u32) -> u32 + Clone) -> impl Iterator<Item = u32> + Clone {
     let end = node + size(node);
     let first = (node + 1 < end).then_some(node + 1);
     std::iter::successors(first, move |&child| {

@@ -5,36 +5,17 @@
 //! processor would have to read them back. They are measured once for every frame, lights and
 //! frames being known, and so are never too small.
 
-use super::scene::{Output, PackedLight, Scene, storage};
-use crate::{
-    Clustered, Eye, Lighting, LightsError, Shaded, Times, Work,
-    clustered::{Grid, Hierarchy},
+use super::{
+    cells::{BOX_WORDS, cells_of, params},
+    scene::{Output, Scene, storage},
 };
-use bytemuck::{Pod, Zeroable};
+use crate::{
+    Clustered, Lighting, LightsError, Shaded, Times, Work,
+    clustered::{Grid, Hierarchy},
+    light::PackedLight,
+};
 use dapple_gpu::{Gpu, wgpu};
-use glam::Vec3;
 use std::sync::Arc;
-
-/// Words of a cell's box.
-const BOX_WORDS: u64 = 6;
-
-/// Mirrors `CellParams` of `common/lights_cells.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-struct CellParams {
-    eye: Vec3,
-    scale: f32,
-    forward: Vec3,
-    near_m: f32,
-    tile: u32,
-    slices: u32,
-    columns: u32,
-    cells: u32,
-    groups: u32,
-    lights: u32,
-    capacity: u32,
-    growing: u32,
-}
 
 /// Clustered shading on a device.
 pub(crate) struct OnDevice<'g> {
@@ -244,28 +225,6 @@ fn measured(gpu: &Gpu, heads: &wgpu::Buffer, cells: u64) -> Result<u32, LightsEr
     })
 }
 
-fn cells_of(grid: &Grid) -> u64 {
-    grid.tiles() as u64 * u64::from(grid.slices)
-}
-
-fn params(eye: &Eye, grid: &Grid, hierarchy: &Hierarchy, capacity: u32) -> CellParams {
-    CellParams {
-        eye: eye.position.as_vec3(),
-        scale: grid.scale as f32,
-        forward: eye.forward.as_vec3(),
-        near_m: grid.near_m as f32,
-        tile: grid.tile,
-        slices: grid.slices,
-        columns: grid.columns,
-        // Within the limit of the grid.
-        cells: cells_of(grid) as u32,
-        groups: hierarchy.levels.first().map_or(0, |level| level.len() as u32),
-        lights: hierarchy.lights.len() as u32,
-        capacity,
-        growing: u32::from(grid.growing),
-    }
-}
-
 impl Lighting for OnDevice<'_> {
     fn reset(&mut self, _seed: u32) -> Result<(), LightsError> {
         self.last = None;
@@ -307,34 +266,5 @@ impl Lighting for OnDevice<'_> {
 
     fn bytes(&self) -> u64 {
         self.bytes
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{clustered::Group, gpu::mirror};
-    use std::mem::offset_of;
-
-    macro_rules! at {
-        ($type:ty: $($field:ident as $name:literal),* $(,)?) => {
-            &[$(($name, offset_of!($type, $field) as u32)),*]
-        };
-    }
-
-    #[test]
-    fn structs_lie_as_on_the_device() {
-        let path = "many-lights/clustered_list.wgsl";
-        let params = at!(CellParams: eye as "eye", scale as "scale", forward as "forward",
-            near_m as "near_m", tile as "tile", slices as "slices", columns as "columns",
-            cells as "cells", groups as "groups", lights as "lights", capacity as "capacity",
-            growing as "growing");
-        mirror::<CellParams>(path, "CellParams", params);
-        let group = at!(Group: min as "low", reach_squared as "reach_squared", max as "high",
-            pad as "pad");
-        mirror::<Group>(path, "Group", group);
-        let source = dapple_shaders::source(path).unwrap();
-        assert!(source.contains(&format!("const FAN = {}u;", crate::clustered::FAN)));
-        assert!(source.contains(&format!("const BOX_WORDS = {BOX_WORDS}u;")));
     }
 }

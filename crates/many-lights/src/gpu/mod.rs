@@ -2,6 +2,7 @@
 
 mod brute;
 mod capped;
+mod cells;
 mod clustered;
 mod cut;
 mod kernel;
@@ -12,8 +13,9 @@ mod sample;
 mod scene;
 mod tree;
 
+pub use crate::light::PackedLight;
 pub use occluders::{LIFT, Occluders};
-pub use scene::{FrameParams, Output, PackedLight, Scene, TILE};
+pub use scene::{FrameParams, Output, Scene, TILE};
 pub use tree::Tree;
 
 pub(crate) use brute::brute_force;

@@ -13,25 +13,6 @@ pub const TILE: u32 = tile::SIDE;
 /// Pixels of a tile: invocations of a workgroup.
 pub(super) const LANES: u64 = tile::LANES as u64;
 
-/// A single light in 48 bytes, in the order of [`World::lights`]; `Light` of
-/// `common/lights_frame.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct PackedLight {
-    /// Metres, local.
-    pub position: Vec3,
-    /// Where its cone ends, radians.
-    pub half_angle_rad: f32,
-    /// Linear RGB.
-    pub intensity: Vec3,
-    /// [`crate::Emission::code`].
-    pub kind: u32,
-    /// Unit length.
-    pub axis: Vec3,
-    /// Unused.
-    pub pad: u32,
-}
-
 /// What a kernel is told of a frame; `FrameParams` of `common/lights_frame.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -69,20 +50,6 @@ pub struct Output {
     pub radiance: wgpu::Buffer,
     /// `array<vec4<u32>>`: what was counted, one a pixel.
     pub counts: wgpu::Buffer,
-}
-
-impl Light {
-    /// The light in f32.
-    pub fn pack(&self) -> PackedLight {
-        PackedLight {
-            position: self.position.as_vec3(),
-            half_angle_rad: self.emission.half_angle_rad() as f32,
-            intensity: self.intensity.as_vec3(),
-            kind: self.emission.code(),
-            axis: self.axis.as_vec3(),
-            pad: 0,
-        }
-    }
 }
 
 impl<'g> Scene<'g> {
@@ -296,6 +263,6 @@ mod tests {
             ("axis", 32),
             ("pad", 44),
         ];
-        crate::gpu::mirror::<PackedLight>(path, "Light", &fields);
+        crate::gpu::mirror::<crate::light::PackedLight>(path, "Light", &fields);
     }
 }

@@ -5,7 +5,7 @@
 //! published, has 24 bits in f32, and lights below a chance of 2^-24 would never be drawn.
 
 use super::{Random, walked::Walked};
-use std::ops::Range;
+use crate::cut;
 
 /// A light that was drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,25 +16,9 @@ pub(super) struct Draw {
     pub probability: f64,
 }
 
-/// Siblings one after the other.
-pub(super) fn siblings<'a>(
-    walked: &'a impl Walked,
-    range: Range<u32>,
-) -> impl Iterator<Item = u32> + 'a {
-    let mut next = range.start;
-    std::iter::from_fn(move || {
-        let node = next;
-        // The node behind the last one may be none.
-        (node < range.end).then(|| {
-            next += walked.size(node);
-            node
-        })
-    })
-}
-
 /// The children of a cluster.
-pub(super) fn children<'a>(walked: &'a impl Walked, node: u32) -> impl Iterator<Item = u32> + 'a {
-    siblings(walked, node + 1..node + walked.size(node))
+pub(super) fn children(walked: &impl Walked, node: u32) -> impl Iterator<Item = u32> {
+    cut::children(node, |node| walked.size(node))
 }
 
 /// One of `nodes` by chance, and its chance: the mean over the N measures of its share of their sums.

@@ -54,8 +54,7 @@ fn image(walked: &impl Walked, kind: Kind, world: &World, frame: &Frame) -> Expe
         mean: vec![DVec3::ZERO; frame.points.len()],
         variance: vec![DVec3::ZERO; frame.points.len()],
     };
-    let (columns, rows) = tile::tiles(frame.width, frame.height);
-    for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+    for (column, row) in tile::all(frame.width, frame.height) {
         for pixel in tile::pixels(frame.width, frame.height, column, row) {
             let point = &frame.points[pixel];
             if !point.is_there() {

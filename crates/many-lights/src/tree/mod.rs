@@ -4,6 +4,7 @@ mod along;
 mod check;
 pub mod city;
 mod cluster;
+mod cones;
 mod fit;
 mod greedy;
 mod joined;

@@ -4,7 +4,8 @@
 
 use super::{
     LightTree, Node, PackedTree, Representative,
-    fit::{CANCELS, Mean, children, cone, drawn, gather, leaf, stand_for},
+    cones::{CANCELS, cone},
+    fit::{Mean, children, drawn, gather, leaf, stand_for},
 };
 use crate::{
     Light, LightsError,

@@ -110,7 +110,7 @@ fn what_cannot_be_followed_leaves_the_tree_as_it_was() {
         assert!(error.contains(message), "{error}");
         assert_eq!(moved.nodes, tree.nodes);
     };
-    refuse(&lights[..8], 0, "8 for a tree of 9");
+    refuse(&lights[..8], 0, "has 9 leaves for 8 lights");
     refuse(&lights, 9, "light 9: there are 9");
     let with = |light: Light| [&[light], &lights[1..]].concat();
     refuse(&with(omni(DVec3::ZERO, 1.0)), 0, "light 0: became of another kind");

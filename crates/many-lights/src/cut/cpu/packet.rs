@@ -2,7 +2,7 @@
 //! not skipped it, and skipped when none of them goes into it. Every lane sees the nodes that it would
 //! see alone, in the same order.
 //!
-//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.3 (skip counts).
+//! Based on: Melino Conte, "Real-time Rendering of Cities at Night", 2018, section 3.1 (skip counts).
 //! Deviations: lanes that have skipped a node wait in place, as on a device, so that rows of eight
 //! become vectors; compiled once for each level of x86-64 and chosen when first called.
 

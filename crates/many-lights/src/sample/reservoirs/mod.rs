@@ -26,6 +26,7 @@ mod alias;
 mod cpu;
 mod neighbours;
 mod packed;
+mod pixel;
 mod plan;
 mod reference;
 

@@ -1,7 +1,7 @@
 //! What the f32 forms hold, on processors and devices alike.
 
 use super::{DEPTH_SHARE, LEAST_COSINE, NONE};
-use crate::{Eye, PackedNode, Point, gpu::PackedLight, light::luminance_f32};
+use crate::{Eye, Point, light::luminance_f32};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -104,23 +104,6 @@ impl PackedEye {
         let there = (other.position - self.position).dot(self.forward);
         point.normal.dot(other.normal) >= LEAST_COSINE as f32
             && (there - here).abs() <= DEPTH_SHARE as f32 * here.abs()
-    }
-}
-
-/// A light as the leaf that it is.
-#[inline(always)]
-pub(crate) fn leaf(light: &PackedLight, index: u32) -> PackedNode {
-    PackedNode {
-        position: light.position,
-        cone_rad: 0.0,
-        intensity: light.intensity,
-        size: 1,
-        axis: light.axis,
-        half_angle_rad: light.half_angle_rad,
-        min: light.position,
-        light: index,
-        max: light.position,
-        kind: light.kind,
     }
 }
 
