@@ -15,6 +15,18 @@ pub const CLAMP_M: f64 = 0.1;
 /// A window's cone: linear, 45 degrees to each side.
 pub const WINDOW: Emission = Emission::Spot { half_angle_rad: std::f64::consts::FRAC_PI_4 };
 
+/// Every kind of emission, alone and all together.
+pub fn emissions() -> Vec<Vec<Emission>> {
+    let wide = Emission::Spot { half_angle_rad: std::f64::consts::PI };
+    vec![
+        vec![Emission::Omni],
+        vec![Emission::Oriented],
+        vec![WINDOW],
+        vec![Emission::Directional],
+        vec![Emission::Omni, Emission::Oriented, WINDOW, Emission::Directional, wide],
+    ]
+}
+
 /// A flat receiver, seen and lit from both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {

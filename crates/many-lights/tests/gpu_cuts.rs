@@ -12,10 +12,10 @@ use dapple_many_lights::{
     gpu,
     gpu::Scene,
     make,
-    worlds::{Facade, WINDOW, facade},
+    worlds::{Facade, WINDOW, emissions, facade},
 };
 use glam::DVec3;
-use gpu_support::{BLACK, TOLERANCE, agree, emissions, lit, shade, there, undecided, with_tree};
+use gpu_support::{BLACK, TOLERANCE, agree, lit, shade, there, undecided, with_tree};
 use std::sync::Arc;
 
 /// Sizes that fill tiles, and that do not.

@@ -1,4 +1,5 @@
 //! Shadow rays on a device against those in f64, and against what is plain to see.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod shadow_rays_support;
 
@@ -212,7 +213,7 @@ fn nothing_slips_between_triangles() {
     let Some(gpu) = test_gpu() else { return };
     let world = Arc::new(sheet());
     let scene = Scene::new(gpu, &world).unwrap();
-    let own = |i: usize| (i % RAYS == 0).then_some((i / RAYS) as u32);
+    let own = |i: usize| i.is_multiple_of(RAYS).then_some((i / RAYS) as u32);
     let targets: Vec<_> = (0..world.lights.len() * RAYS).map(own).collect();
     // Rays start right at the points, and so go right through what they aim at.
     let occluders = Occluders::apart(gpu, &world, [0.0, LIFT]).unwrap();

@@ -54,7 +54,7 @@ impl Block {
     /// dark.
     #[inline(always)]
     pub(crate) fn set(&mut self, place: usize, leaf: &PackedNode, reach: f32) {
-        if place % LANES == 0 {
+        if place.is_multiple_of(LANES) {
             self.used = place + LANES;
             for channel in &mut self.intensity {
                 channel[place..place + LANES].fill(0.0);
@@ -136,13 +136,7 @@ pub(crate) fn weigh<const KIND: usize, const REACHED: usize>(
                 let left = positive(1.0 - ratio * ratio);
                 left * left
             }
-            CUT => {
-                if squared > block.reach[i] {
-                    0.0
-                } else {
-                    1.0
-                }
-            }
+            CUT if squared > block.reach[i] => 0.0,
             _ => 1.0,
         };
         weights[i] = cosine * falloff * over_squared * left;

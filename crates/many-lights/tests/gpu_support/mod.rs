@@ -8,7 +8,7 @@ use dapple_many_lights::{
     cut::{Given, Method, Receiver, Rule, tile, walk},
     gpu::Scene,
     make,
-    worlds::{Cloud, WINDOW, cloud},
+    worlds::{Cloud, cloud},
 };
 use glam::Vec3;
 use std::sync::Arc;
@@ -19,18 +19,6 @@ pub const TOLERANCE: f32 = 5e-5;
 
 /// Radiance that no display shows: differences below it do not count.
 pub const BLACK: f32 = 1e-7;
-
-/// Every kind of emission, alone and together.
-pub fn emissions() -> Vec<Vec<Emission>> {
-    let wide = Emission::Spot { half_angle_rad: std::f64::consts::PI };
-    vec![
-        vec![Emission::Omni],
-        vec![Emission::Oriented],
-        vec![WINDOW],
-        vec![Emission::Directional],
-        vec![Emission::Omni, Emission::Oriented, WINDOW, Emission::Directional, wide],
-    ]
-}
 
 /// A cloud with its tree.
 pub fn lit(lights: u32, emissions: &[Emission], size: [u32; 2]) -> (Arc<World>, Arc<LightTree>) {

@@ -9,17 +9,6 @@ use dapple_many_lights::{
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-pub fn all_emissions() -> Vec<Vec<Emission>> {
-    let wide = Emission::Spot { half_angle_rad: std::f64::consts::PI };
-    vec![
-        vec![Emission::Omni],
-        vec![Emission::Oriented],
-        vec![WINDOW],
-        vec![Emission::Directional],
-        vec![Emission::Omni, Emission::Oriented, WINDOW, Emission::Directional, wide],
-    ]
-}
-
 /// A frame in a form without a device.
 pub fn shaded(
     form: Form,
