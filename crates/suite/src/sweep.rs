@@ -196,6 +196,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("thesis", include_str!("../../../benches/sweeps/thesis.toml")),
     ("translucency", include_str!("../../../benches/sweeps/translucency.toml")),
     ("visibility", include_str!("../../../benches/sweeps/visibility.toml")),
+    ("many_lights", include_str!("../../../benches/sweeps/many_lights.toml")),
 ];
 
 /// Every combination of the lists once, each completed with defaults. With no list, the defaults

@@ -95,9 +95,9 @@ fn numbers(values: &[u32]) -> Vec<Value> {
 
 /// R1, and R4 by pixels and tiles.
 fn cuts() -> Vec<Ladder> {
-    let steps = [64.0, 16.0, 4.0, 1.0, 0.25, 0.04, 0.01];
+    let steps = [4096.0, 1024.0, 256.0, 64.0, 16.0, 4.0, 1.0, 0.25, 0.01];
     let thresholds: Vec<Value> = steps.iter().map(|step| json!(step * RGB)).collect();
-    let shares = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005];
+    let shares = [4.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005];
     let ladder = |name, knob, values, others| Ladder { name, knob, values, others };
     vec![
         ladder("absolute-cut/pixel", "threshold", thresholds.clone(), vec![]),
