@@ -27,7 +27,7 @@ pub mod worlds;
 pub use error::LightsError;
 pub use exact::radiance;
 pub use eye::Eye;
-pub use light::{Emission, Light};
+pub use light::{Emission, Light, luminance};
 pub use lighting::{Form, Lighting, Shaded, Times, make};
 pub use settings::{
     Absolute, BoundForm, Capped, Clustered, LightBvh, Lightcuts, Per, Relative, Reservoirs,
