@@ -17,7 +17,7 @@ use docs_support::{
 };
 
 /// A page that grew by mistake would still pass every other test.
-const README_LINES: usize = 135;
+const README_LINES: usize = 140;
 
 #[test]
 fn generated_blocks_are_what_the_program_prints() {

@@ -3,6 +3,7 @@
 
 mod cities;
 mod harness;
+mod lights;
 mod partition;
 mod shadow_truth;
 mod shadows;
