@@ -28,10 +28,11 @@ pub fn claims() -> Vec<Claim> {
             statement: "Work of all lights at every pixel grows linearly with lights, work of cuts \
                         more slowly",
             place: "Conte 2018, sections 1 and 2.4.2",
-            method: "cities of four sizes, three views, 64 x 36: evaluations a pixel of brute force, \
-                     and visits a pixel of R4 (revised tree, T = 1/25500), as powers of the lights by \
-                     a straight line through logarithms. Met if brute force's is 1 to 1e-3 and each \
-                     view's is below 0.9; contradicted if brute force's is not, or one is 1 or more",
+            method: "cities of four sizes (of three but for the close-ended street), three views, \
+                     64 x 36: evaluations a pixel of brute force, and visits a pixel of R4 (revised \
+                     tree, T = 1/25500), as powers of the lights by a straight line through \
+                     logarithms. Met if brute force's is 1 to 1e-3 and each view's is below 0.9; \
+                     contradicted if brute force's is not, or one is 1 or more",
             judge: Box::new(growth),
         },
         Claim {
@@ -61,7 +62,8 @@ fn exponent(points: &[(f64, f64)]) -> f64 {
 /// Exponents of brute force, and of cuts view by view.
 fn grows(brute_force: f64, cuts: &[f64]) -> Verdict {
     // Written so that a NaN contradicts.
-    if !((brute_force - 1.0).abs() <= 1e-3) || !cuts.iter().all(|e| *e < 1.0) {
+    let is_linear = (brute_force - 1.0).abs() <= 1e-3;
+    if !is_linear || !cuts.iter().all(|e| *e < 1.0) {
         Verdict::Refuted
     } else if cuts.iter().all(|e| *e < SUBLINEAR) {
         Verdict::Reproduced
@@ -74,7 +76,9 @@ fn growth(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
     let (mut figures, mut cuts, mut all) = (Vec::new(), Vec::new(), Vec::new());
     for view in ["close_ended", "street", "birds_eye"] {
         let mut visits = Vec::new();
-        for city in CITIES {
+        // The largest takes long to load: it is looked at once.
+        let cities = if view == TABLE.1 { &CITIES[..] } else { &CITIES[..CITIES.len() - 1] };
+        for city in cities {
             let case = prepared(city, view, &[("width", json!(64)), ("truth_pixels", json!(1))])?;
             let lights = case.world().lights.len() as f64;
             let run_ = run(&case, &cut("city", FINE)?)?;
