@@ -23,7 +23,7 @@ const RELATIVE: f32 = 1e-3;
 const ABSOLUTE: f32 = 1e-5;
 
 /// Share of pixels that may differ: those whose cut, list or draw falls the other way by rounding.
-fn allowed(technique: &Technique) -> f64 {
+pub fn allowed(technique: &Technique) -> f64 {
     match technique {
         Technique::BruteForce => 0.0,
         // A draw that falls otherwise is another light; reuse spreads it.
@@ -93,7 +93,7 @@ pub fn hold(
 }
 
 /// Whether two radiances are the same but for rounding. What is not a number is like nothing.
-fn alike(a: Vec3, b: Vec3) -> bool {
+pub fn alike(a: Vec3, b: Vec3) -> bool {
     let limit = ABSOLUTE.max(RELATIVE * b.abs().max_element());
     (a - b).abs().max_element() <= limit && a.is_finite()
 }
