@@ -53,7 +53,7 @@ impl Usual {
         }
     }
 
-    /// An axis of one parameter of the case.
+    /// An axis of one parameter of the case, a number or a word.
     pub fn of_parameter(
         self,
         parameter: &'static str,
@@ -64,7 +64,11 @@ impl Usual {
     ) -> Axis {
         let prepare: Prepare = Box::new(move |case, value, gpu| {
             let mut case = case.clone();
-            case.parameters.insert(parameter.into(), number(values, value));
+            let value = match values {
+                Values::Words(words) => words.get(position(value)).copied().into(),
+                _ => number(values, value),
+            };
+            case.parameters.insert(parameter.into(), value);
             self.problem.prepare(&case, gpu)
         });
         Axis { prepare, ..self.axis(id, help, values, home) }

@@ -75,14 +75,20 @@ fn most() -> Axis {
 }
 
 fn samples() -> Axis {
-    KNOBS.of_knob(
-        "samples",
-        "samples",
-        "lights drawn a pixel, from one to many times their number",
-        Values::Whole { least: 1, greatest: 4096, per_decade: 1 },
-        16.0,
-    )
+    Axis {
+        parameters: FEW_PIXELS,
+        ..KNOBS.of_knob(
+            "samples",
+            "samples",
+            "lights drawn a pixel, from one to many times their number",
+            Values::Whole { least: 1, greatest: 4096, per_decade: 1 },
+            16.0,
+        )
+    }
 }
+
+/// Thousands of draws a pixel.
+const FEW_PIXELS: &[(&str, &str)] = &[("width", "14"), ("frames", "1"), ("truth_pixels", "98")];
 
 fn cut() -> Axis {
     KNOBS.of_knob(
@@ -230,7 +236,7 @@ fn fanout() -> Axis {
     KNOBS.of_knob(
         "fanout",
         "fanout",
-        "most children of a node of the city's hierarchy; 0: any, and a node of one child is none",
+        "most children of a node of the city's hierarchy; 0: any; a node of one child is none",
         Values::Whole { least: 0, greatest: 10_000, per_decade: 1 },
         0.0,
     )

@@ -13,6 +13,7 @@ use std::f64::consts::PI;
 pub fn axes() -> Vec<Axis> {
     vec![
         lights(),
+        a_million(),
         dark(),
         brightness(),
         half_angle(),
@@ -25,20 +26,40 @@ pub fn axes() -> Vec<Axis> {
 
 const SHARES: Values = Values::Linear { least: 0.0, greatest: 1.0, steps: 4 };
 
-/// So many lights are added up at few places.
-const FEW_PLACES: &[(&str, &str)] = &[("width", "12"), ("frames", "1"), ("truth_pixels", "32")];
-
 fn lights() -> Axis {
     Axis {
         unit: "lights",
-        parameters: FEW_PLACES,
         ..of_input(
             "lights",
-            "random lights whose intensities have one sum, from none to a million: cuts stay as small \
-             as they can, a fixed most number and what reaches nowhere alone leave out more and more",
-            Values::Whole { least: 0, greatest: 1_000_000, per_decade: 1 },
+            "random lights whose intensities have one sum, from none to thousands: a fixed most number \
+             and what reaches nowhere alone leave out more and more",
+            Values::Whole { least: 0, greatest: 10_000, per_decade: 1 },
             f64::from(LIGHTS),
             super::made(|value, case| made::cloud(value as u32, case.seed)),
+        )
+    }
+}
+
+/// A million lights are added up at few places.
+const FEW_PLACES: &[(&str, &str)] = &[("width", "12"), ("frames", "1"), ("truth_pixels", "32")];
+
+/// Not refined: a point takes seconds.
+const COUNTS: [&str; 4] = ["1000", "10000", "100000", "1000000"];
+
+fn a_million() -> Axis {
+    Axis {
+        unit: "lights",
+        parameters: FEW_PLACES,
+        // The worst of few pixels: next to one of a million lights there may be any of them.
+        criterion: Criterion { metric: "rmse", times: 6.0, plus: 2.0 / 255.0 },
+        ..of_input(
+            "a-million",
+            "random lights whose intensities have one sum, up to a million",
+            Values::Words(&COUNTS),
+            0.0,
+            super::made(|value, case| {
+                made::cloud(10_u32.pow(3 + position(value) as u32), case.seed)
+            }),
         )
     }
 }
@@ -171,15 +192,13 @@ fn emission() -> Axis {
 fn colours() -> Axis {
     of_input(
         "one-colour",
-        "share of lights that have one channel alone, in turn: what is judged by luminance leaves \
-         blue ones out",
+        "share of lights of which the strongest channel alone is left: what luminance says little of \
+         counts as much",
         SHARES,
         0.0,
         super::made(|value, case| {
             made::with_share(value, case.seed, |light| {
-                let most = light.intensity.max_element();
-                let at = light.intensity.max_position();
-                // The strongest channel keeps all three's light: a third of the lights each, by chance.
+                let (at, most) = (light.intensity.max_position(), light.intensity.max_element());
                 light.intensity = DVec3::ZERO;
                 light.intensity[at] = most;
             })

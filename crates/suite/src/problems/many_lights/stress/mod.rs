@@ -17,10 +17,7 @@ mod tests;
 mod walls;
 mod world;
 
-use super::{
-    LightsCase, ManyLights,
-    input::{self, Input},
-};
+use super::{LightsCase, ManyLights, input::Input};
 use crate::{
     case::Case,
     stress::{Axis, Criterion, Prepare, Values, settings::Usual},
@@ -73,15 +70,6 @@ fn of_input(
     prepare: Prepare,
 ) -> Axis {
     Axis { prepare, ..USUAL.axis(id, help, values, home) }
-}
-
-/// The case with its lights and surfaces changed.
-fn pushed(push: fn(Input, f64, &Case) -> Input) -> Prepare {
-    Box::new(move |case, value, gpu| {
-        let input = known(push(input::load(case)?, value, case));
-        input.scene.validate()?;
-        Ok(Box::new(LightsCase::of(input, case, gpu)?))
-    })
 }
 
 /// Lights and surfaces of the axis's own, along their only path, whatever the case's.

@@ -1,12 +1,10 @@
 //! Extremes of the scene, of the image and of the camera's steps.
 
-use super::{
-    CITY, LightsCase, SAME, STEPS, USUAL, known, made, made::LIGHTS, of_cloud, of_input, pushed,
-};
+use super::{CITY, LightsCase, SAME, STEPS, USUAL, known, made, made::LIGHTS, of_cloud, of_input};
 use crate::{
     knob::Get,
     problems::many_lights::input::{self, Hierarchy, Input, burning},
-    stress::{Axis, Push, Values, edit, motion, world},
+    stress::{Axis, Prepare, Push, Values, edit, motion, world},
 };
 use dapple_many_lights::{
     Emission,
@@ -21,25 +19,34 @@ pub fn axes() -> Vec<Axis> {
 fn scale() -> Axis {
     let help = "all lengths of the scene times this, the clamp too, and intensities its square: the \
                 same light";
-    let axis = world::scale(
-        SAME,
-        help,
-        Box::new(|case, value, gpu| {
-            let mut case = case.clone();
-            let clamp = value * case.parameters.float("clamp")?;
-            let input = scaled(input::load(&case)?, value);
-            case.parameters.insert("clamp".into(), clamp.into());
-            input.scene.validate()?;
-            Ok(Box::new(LightsCase::of(known(input), &case, gpu)?))
-        }),
-    );
+    let axis =
+        world::scale(SAME, help, in_other_units(|input, scale| (scaled(input, scale), scale)));
     Axis { parameters: CITY, ..axis }
 }
 
+/// The case in other units: what becomes of its lights and surfaces, and how long a metre is there.
+fn in_other_units(push: fn(Input, f64) -> (Input, f64)) -> Prepare {
+    Box::new(move |case, value, gpu| {
+        let (input, scale) = push(input::load(case)?, value);
+        input.scene.validate()?;
+        let mut case = case.clone();
+        let clamp = scale * case.parameters.float("clamp")?;
+        case.parameters.insert("clamp".into(), clamp.into());
+        Ok(Box::new(LightsCase::of(known(input), &case, gpu)?))
+    })
+}
+
 fn offset() -> Axis {
-    let help = "distance of the scene from the origin in its own radii, by placements in f64: the \
-                same light";
-    let axis = world::offset(SAME, help, pushed(|input, value, _| moved(input, value)));
+    let help = "distance of the scene, made 1 m in radius, from the origin in its own radii, by \
+                placements in f64: the same light";
+    let axis = world::offset(
+        SAME,
+        help,
+        in_other_units(|input, radii| {
+            let scale = 1.0 / input.scene.bounds().radius();
+            (moved(scaled(input, scale), radii), scale)
+        }),
+    );
     Axis { parameters: CITY, ..axis }
 }
 
@@ -104,7 +111,7 @@ fn lit() -> Axis {
         ..USUAL.of_parameter(
             "lit",
             "lit",
-            "which of a city's lights burn",
+            "which of a city's lights burn; generated ones have no lamps",
             Values::Words(&["all", "windows", "lamps"]),
             0.0,
         )
@@ -121,7 +128,7 @@ fn columns() -> Axis {
             "columns",
             "columns of the image, from a single pixel; rows are 9/16 of it, and few are multiples \
              of 8",
-            Values::Whole { least: 1, greatest: 150, per_decade: 3 },
+            Values::Whole { least: 1, greatest: 100, per_decade: 3 },
             24.0,
         )
     }
