@@ -32,6 +32,17 @@ problem = "camera-visibility"
 parameters = { width = [192], frames = [4] }
 "#;
 
+const LIGHTS: &str = r#"
+about = "every way to light a street of the small city by its windows and lamps"
+[[measure]]
+problem = "many-lights"
+parameters = { width = [64], frames = [2], truth_pixels = [256] }
+"#;
+
+fn lights(criterion: &mut Criterion) {
+    dapple_benches::sweep(criterion, "lights", LIGHTS);
+}
+
 fn visibility(criterion: &mut Criterion) {
     dapple_benches::sweep(criterion, "visibility", VISIBILITY);
 }
@@ -48,5 +59,5 @@ fn partition(criterion: &mut Criterion) {
     dapple_benches::sweep(criterion, "partition", PARTITION);
 }
 
-criterion_group!(frames, shadows, translucent, partition, visibility);
+criterion_group!(frames, shadows, translucent, partition, visibility, lights);
 criterion_main!(frames);
