@@ -9,12 +9,9 @@ use crate::{
     SuiteError,
     verify::{About, Gate, GateContext, Tally, gate},
 };
-use dapple_many_lights::{
-    Point,
-    bound::{
-        self, Region,
-        packed::{self, PackedRegion},
-    },
+use dapple_many_lights::bound::{
+    self, Region,
+    packed::{self, PackedRegion},
 };
 use glam::DVec3;
 use rand::RngExt;

@@ -4,6 +4,7 @@ pub use crate::verify::{default_setting, rng};
 
 use crate::{
     SuiteError,
+    knob::Knob,
     problem::{Form, Setting, Technique},
     problems::many_lights::settings::{self, TreeKind},
     verify::{GateContext, anywhere},
@@ -182,7 +183,7 @@ pub fn paths(rng: &mut Pcg64, lights: usize) -> Vec<Vec<u32>> {
 
 /// A setting of a technique's variant: every knob anywhere in its useful range.
 pub fn setting(rng: &mut Pcg64, technique: &Technique, variant: &str, form: Form) -> Setting {
-    let value = |knob| {
+    let mut value = |knob: &Knob| {
         let value = anywhere(rng, knob);
         match knob.name {
             "samples" | "cut" | "candidates" | "slices" | "history" => {
@@ -191,7 +192,6 @@ pub fn setting(rng: &mut Pcg64, technique: &Technique, variant: &str, form: Form
             _ => value,
         }
     };
-    let mut value = value;
     let knobs = technique.knobs.iter().map(|knob| (knob.name.to_string(), value(knob))).collect();
     Setting { technique: technique.id.into(), variant: variant.into(), form, knobs }
 }
