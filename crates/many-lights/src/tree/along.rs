@@ -1,8 +1,9 @@
 //! Clusters side by side along a curve, in f32: all neighbours of one are compared at once.
 //!
 //! What costs least only decides which lights are joined first; nodes are fitted in f64. Places are
-//! shares of the largest side of the box around all, and intensities of the sum of all: costs are those
-//! of [`Metric`] times a constant, whatever the lights are.
+//! shares of about the largest side of the box around all, and intensities of about the sum of all: costs
+//! are those of [`Metric`] times a constant, whatever the lights are. The factors are powers of two, so
+//! that windows in rows, whose pairs cost the same, still do.
 #![allow(clippy::needless_range_loop, reason = "lanes side by side become vectors")]
 
 use super::cluster::{Cluster, Metric};
@@ -45,9 +46,9 @@ impl Along {
         ids: &[u32],
         (min, side): (DVec3, f64),
     ) -> Self {
-        let scale = if side > 0.0 { 1.0 / side } else { 0.0 };
+        let scale = inverse(side);
         let total: f64 = clusters.iter().map(|cluster| cluster.intensity).sum();
-        let share = if total > 0.0 { 1.0 / total } else { 0.0 };
+        let share = inverse(total);
         let c_squared = (metric.c_squared * scale * scale) as f32;
         let places = ids.len() + BOTH;
         let mut along =
@@ -111,6 +112,11 @@ impl Along {
             all_nearest::<false>(self, first, nearest);
         }
     }
+}
+
+/// The greatest power of two that makes `value` at most 1; 0 for 0.
+fn inverse(value: f64) -> f64 {
+    if value > 0.0 { (-value.log2().ceil()).exp2() } else { 0.0 }
 }
 
 #[multiversion(targets(
