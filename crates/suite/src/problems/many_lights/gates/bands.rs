@@ -49,7 +49,7 @@ pub fn gates() -> Vec<Gate> {
                 "gpu guard band",
                 "pixels whose bounds are clear of the threshold make the same cut on the device as \
                  in f64",
-                "the device's threshold is 1 % off",
+                "the device's threshold is a tenth off",
             ),
             device_guard,
         ),
@@ -141,7 +141,7 @@ fn device_guard(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteE
             input::setting_with(rng, technique, variant.id, form, &knobs)
         };
         let reference = with(Form::Reference, threshold, &mut rng)?;
-        let off = if faulty { 1.01 * threshold } else { threshold };
+        let off = if faulty { 1.1 * threshold } else { threshold };
         let mut knobs = reference.knobs.clone();
         knobs.insert("threshold".into(), off.into());
         let device = Setting { form: Form::Gpu, knobs, ..reference.clone() };
