@@ -1,11 +1,11 @@
 //! Many lights: a wall lit by a facade, the city at night from its four points of view, what
 //! each technique leaves out or adds there, and how many nodes its pixels visit.
 
-use dapple_many_lights::{Shaded, Work};
+use dapple_many_lights::Shaded;
 use dapple_suite::{
     case::Case,
     knob::{self, Knobs},
-    problem::{Form, Prepared, Setting},
+    problem::{Form, Setting},
     problems::many_lights::{LightsCase, SPEC},
 };
 use dapple_tests::golden::{LSB, Picture, Tolerance, assert_golden};
