@@ -160,6 +160,19 @@ impl Spec {
             SuiteError::unknown("technique", id, self.techniques.iter().map(|t| t.id))
         })
     }
+
+    /// Holds every knob of a setting to its declared range, whoever set it.
+    ///
+    /// # Errors
+    /// A technique that there is not, or a knob out of range.
+    pub fn check(&self, setting: &Setting) -> Result<(), SuiteError> {
+        for knob in self.technique(&setting.technique)?.knobs {
+            if let Some(value) = setting.knobs.get(knob.name) {
+                knob.check("knob", value)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A technique with its variant, form and all knobs set.

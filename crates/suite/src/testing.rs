@@ -74,3 +74,13 @@ pub fn every_gate_holds(problem: &'static dyn Problem) {
         assert!(reports.len() > 4 * problem.spec().techniques.len());
     }
 }
+
+/// Records and tables tell gates apart by technique and name.
+pub fn every_gate_has_a_name_of_its_own(problem: &dyn Problem) {
+    let gates = problem.gates();
+    let mut names: Vec<_> = gates.iter().map(|g| (g.technique.clone(), &g.name)).collect();
+    names.sort();
+    let count = names.len();
+    names.dedup();
+    assert_eq!(names.len(), count);
+}

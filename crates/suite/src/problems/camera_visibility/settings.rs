@@ -1,6 +1,5 @@
 //! From a technique's knobs to the settings of whatever decides, draws and answers.
 
-use super::SPEC;
 use crate::{
     SuiteError,
     knob::{Get, Knobs, choice},
@@ -11,19 +10,6 @@ use dapple_occlusion::camera::{
     hierarchical_depth::{self, Traversal},
     masked,
 };
-
-/// Holds every knob to its declared range, whoever set it.
-///
-/// # Errors
-/// A technique that there is not, or a knob out of range.
-pub fn check(setting: &Setting) -> Result<(), SuiteError> {
-    for knob in SPEC.technique(&setting.technique)?.knobs {
-        if let Some(value) = setting.knobs.get(knob.name) {
-            knob.check("knob", value)?;
-        }
-    }
-    Ok(())
-}
 
 /// The settings of a technique that walks the tree and asks.
 ///

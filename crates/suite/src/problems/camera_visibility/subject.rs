@@ -1,6 +1,6 @@
 //! A technique that draws along the path and is judged frame by frame.
 
-use super::{case::VisibilityCase, drawer::Drawer, errors::Score, method::Method, port, settings};
+use super::{SPEC, case::VisibilityCase, drawer::Drawer, errors::Score, method::Method, port};
 use crate::{
     SuiteError,
     problem::{Checked, FrameTime, Picture, Setting, Subject},
@@ -35,7 +35,7 @@ impl<'a, 'g> PathSubject<'a, 'g> {
     /// # Errors
     /// As [`of`].
     pub fn new(case: &'a VisibilityCase<'g>, setting: &Setting) -> Result<Self, SuiteError> {
-        settings::check(setting)?;
+        SPEC.check(setting)?;
         Ok(Self {
             case,
             method: Method::of(case, setting)?,

@@ -1,6 +1,5 @@
 //! From a technique's knobs to the technique and to the tree it walks.
 
-use super::SPEC;
 use crate::{
     SuiteError,
     knob::{Get, choice},
@@ -11,19 +10,6 @@ use dapple_many_lights::{
     Reservoirs, Selection, StochasticLightcuts, Technique,
     tree::{Build, Representative, city::Levels},
 };
-
-/// Holds every knob to its declared range, whoever set it.
-///
-/// # Errors
-/// A technique that there is not, or a knob out of range.
-pub fn check(setting: &Setting) -> Result<(), SuiteError> {
-    for knob in SPEC.technique(&setting.technique)?.knobs {
-        if let Some(value) = setting.knobs.get(knob.name) {
-            knob.check("knob", value)?;
-        }
-    }
-    Ok(())
-}
 
 /// The form by its other name.
 pub fn form(form: Form) -> LightsForm {

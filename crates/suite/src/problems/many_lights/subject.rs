@@ -1,6 +1,6 @@
 //! A technique that lights the path and is judged frame by frame.
 
-use super::{case::LightsCase, errors::Score, port, replicas, settings};
+use super::{SPEC, case::LightsCase, errors::Score, port, replicas, settings};
 use crate::{
     SuiteError,
     problem::{Checked, FrameTime, Picture, Setting, Subject},
@@ -24,7 +24,7 @@ impl<'a, 'g> LightsSubject<'a, 'g> {
     /// # Errors
     /// Settings that are refused, or a device that is too small.
     pub fn new(case: &'a LightsCase<'g>, setting: &Setting) -> Result<Self, SuiteError> {
-        settings::check(setting)?;
+        SPEC.check(setting)?;
         Ok(Self {
             technique: settings::technique(setting)?,
             lighting: case.lighting(setting)?,

@@ -6,7 +6,10 @@ use crate::{
     SuiteError,
     knob::Knob,
     problem::{Form, Setting, Technique},
-    problems::many_lights::settings::{self, TreeKind},
+    problems::many_lights::{
+        SPEC,
+        settings::{self, TreeKind},
+    },
     verify::{GateContext, anywhere},
 };
 use dapple_gpu::Gpu;
@@ -211,6 +214,6 @@ pub fn setting_with(
     for (name, value) in given {
         setting.knobs.insert((*name).into(), value.clone());
     }
-    settings::check(&setting)?;
+    SPEC.check(&setting)?;
     Ok(setting)
 }

@@ -54,41 +54,17 @@ fn on_device(
 #[cfg(test)]
 mod tests {
     use crate::{
-        problem::Problem,
-        problems::many_lights::{ManyLights, SPEC},
-        verify::{self, GateContext, Outcome},
+        problems::many_lights::ManyLights,
+        testing::{every_gate_has_a_name_of_its_own, every_gate_holds},
     };
-    use dapple_gpu::testing::test_gpu;
-
-    fn failures(seed: u64) -> Vec<String> {
-        let context = GateContext { gpu: test_gpu().filter(|_| seed == 0), cases: 24, seed };
-        let reports = verify::run(&[&ManyLights], None, &context, |_| {});
-        assert!(verify::ungated(&ManyLights, &reports).is_empty());
-        assert!(reports.len() > 4 * SPEC.techniques.len());
-        let failed = reports.iter().filter(|r| {
-            let passed = r.outcome == Outcome::Passed && r.checked > 0 && r.control_failed > 0;
-            let not_run = r.outcome == Outcome::NotRun && context.gpu.is_none();
-            !(passed || not_run)
-        });
-        failed
-            .map(|r| format!("{} {}: {:?} {}", r.technique, r.gate, r.outcome, r.detail))
-            .collect()
-    }
 
     #[test]
     fn every_gate_passes_and_catches_its_fault_and_no_technique_is_without() {
-        for seed in 0..3 {
-            assert_eq!(failures(seed), Vec::<String>::new(), "seed {seed}");
-        }
+        every_gate_holds(&ManyLights);
     }
 
     #[test]
     fn names_are_each_given_once() {
-        let gates = ManyLights.gates();
-        let mut names: Vec<_> = gates.iter().map(|g| (g.technique.clone(), &g.name)).collect();
-        names.sort();
-        let count = names.len();
-        names.dedup();
-        assert_eq!(names.len(), count);
+        every_gate_has_a_name_of_its_own(&ManyLights);
     }
 }
