@@ -17,6 +17,7 @@ pub mod gpu;
 mod light;
 mod lighting;
 mod pool;
+pub mod region;
 pub mod sample;
 mod settings;
 pub mod tree;
