@@ -24,7 +24,7 @@ pub use settings::{
 };
 pub use space::{Cuboid, Direction, Turn};
 pub use steps::Steps;
-pub use union::union;
+pub use union::{combined, union};
 
 /// From-region visibility made ready for one light tree.
 pub trait Precuts: Send {
