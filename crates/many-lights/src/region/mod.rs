@@ -13,17 +13,21 @@
 
 mod cell;
 pub mod horizon;
+mod occluders;
 mod settings;
 mod space;
 mod steps;
+mod surfaces;
 mod union;
 
 pub use cell::{Face, ViewCell};
+pub use occluders::{Occluders, Solid, Turned};
 pub use settings::{
     Edge, FacadeCluster, Fusion, OccluderMode, Planes, RegionTechnique, Sampled, Split,
 };
 pub use space::{Cuboid, Direction, Turn};
 pub use steps::Steps;
+pub use surfaces::{Surface, turn_of};
 pub use union::{combined, union};
 
 /// From-region visibility made ready for one light tree.
