@@ -12,8 +12,11 @@
 //! cell, h up.
 
 mod cell;
+pub mod evaluate;
+pub mod fusion;
 pub mod horizon;
 mod occluders;
+mod potential;
 mod settings;
 mod space;
 mod steps;
