@@ -1,0 +1,56 @@
+//! What may be hidden, on a plane before it.
+
+use super::super::Cuboid;
+
+/// Everything of a plane that any line from a point of a cell to a point of an occludee crosses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// Left and right end, metres.
+    pub u: [f64; 2],
+    /// The lowest and the highest point.
+    pub h: [f64; 2],
+}
+
+/// Projections are larger than they would have to be by this share of the greatest coordinate along
+/// the same axis of the cell and the occludee. Their own rounding is a thousandth of it; the rest are
+/// boxes that were turned, at some 1e-15 of their coordinates a time, and were moved away from the
+/// cell by occluders that are near. What only touches the end of an umbra is thus visible.
+pub const SLACK: f64 = 1e-12;
+
+/// Lies in no umbra.
+const EVERYWHERE: Projection =
+    Projection { u: [f64::NEG_INFINITY, f64::INFINITY], h: [f64::NEG_INFINITY, f64::INFINITY] };
+
+/// The projection of an occludee on the plane w = `plane`, which lies behind the cell and not behind
+/// the occludee's near face; everywhere, if it does not.
+pub fn project(cell: &Cuboid, occludee: &Cuboid, plane: f64) -> Projection {
+    if !(plane >= cell.w[1] && occludee.w[0] >= plane) {
+        return EVERYWHERE;
+    }
+    // How far back from the occludee the plane lies, as a share of the way to the cell: 0 on it.
+    let share = |cell: f64, at: f64| if at == plane { 0.0 } else { (at - plane) / (at - cell) };
+    let least = share(cell.w[0], occludee.w[0]);
+    let most = share(cell.w[1], occludee.w[1]);
+    let side = |[c0, c1]: [f64; 2], [o0, o1]: [f64; 2]| {
+        let slack = SLACK * c0.abs().max(c1.abs()).max(o0.abs()).max(o1.abs());
+        let low = o0 + (c0 - o0) * if o0 < c0 { least } else { most };
+        let high = o1 + (c1 - o1) * if o1 > c1 { least } else { most };
+        [low - slack, high + slack]
+    };
+    Projection { u: side(cell.u, occludee.u), h: side(cell.h, occludee.h) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn before_the_plane_or_in_front_of_it_nothing_is_inside_an_umbra() {
+        let cell = Cuboid { u: [0.0, 1.0], w: [0.0, 1.0], h: [0.0, 1.0] };
+        let occludee = Cuboid { u: [0.0, 1.0], w: [5.0, 6.0], h: [0.0, 1.0] };
+        assert_eq!(project(&cell, &occludee, 5.5), EVERYWHERE);
+        assert_eq!(project(&cell, &occludee, 0.5), EVERYWHERE);
+        assert_eq!(project(&cell, &occludee, f64::NAN), EVERYWHERE);
+        assert_ne!(project(&cell, &occludee, 5.0), EVERYWHERE);
+    }
+}
