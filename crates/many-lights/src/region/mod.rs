@@ -15,15 +15,19 @@ mod cell;
 pub mod evaluate;
 pub mod fusion;
 pub mod horizon;
+mod many;
 mod occluders;
+pub mod sampled;
 mod potential;
 mod settings;
 mod space;
 mod steps;
 mod surfaces;
+pub mod truth;
 mod union;
 
 pub use cell::{Face, ViewCell};
+pub use many::Many;
 pub use occluders::{Occluders, Solid, Turned};
 pub use settings::{
     Edge, FacadeCluster, Fusion, OccluderMode, Planes, RegionTechnique, Sampled, Split,
