@@ -1,36 +1,68 @@
-//! The largest upright box of a turn within a box that stands another way.
+//! The largest upright boxes of a turn within a box that stands another way.
 
-use super::Solid;
-use crate::region::Turn;
-use dapple_scene::city::OrientedBox;
+use super::block::{Block, is_upright, turned};
+use crate::region::{Solid, Turn};
 use glam::{DVec2, DVec3, Vec2Swizzles};
 
-/// The upright box of greatest plan area within `b`, in turned space; `None` for a box without any.
-pub fn largest(b: &OrientedBox, turn: Turn) -> Option<Solid> {
-    let (axis, sides) = (turn.axis(), DVec2::new(b.half.x, b.half.z));
-    let half = half_sides(sides, axis.dot(b.axis).abs(), axis.perp_dot(b.axis).abs())?;
-    let (centre, half) = (turn.to(b.centre), DVec3::new(half.x, b.half.y, half.y));
-    Some(Solid { min: centre - half, max: centre + half })
+/// A box that is not upright may be cut into so many, each inscribed on its own ...
+const MOST_PIECES: u32 = 4;
+/// ... where every further piece adds this share of the box: few large occluders cost least.
+const LEAST_GAIN: f64 = 0.05;
+/// What inscribed boxes keep from the sides, over the farthest coordinate: several roundings.
+const MARGIN: f64 = 1e-14;
+
+/// Upright boxes within `block`, in turned space; none within one that has no area unless it is
+/// upright itself.
+pub fn within(block: &Block, turn: Turn, solids: &mut Vec<Solid>) {
+    let solid = |min: DVec2, max: DVec2| Solid {
+        min: DVec3::new(min.x, block.foot, min.y),
+        max: DVec3::new(max.x, block.top, max.y),
+    };
+    let plan = block.plan.map(|p| turned(turn, p));
+    if is_upright(&plan) {
+        let [a, _, b, _] = plan;
+        solids.push(solid(a.min(b), a.max(b)));
+        return;
+    }
+    // The long side comes first.
+    let [a, b, c, d] = plan;
+    let [a, b, d] = if a.distance(b) >= b.distance(c) { [a, b, d] } else { [b, c, a] };
+    let (long, short) = (b - a, d - a);
+    let (length, width) = (long.length(), short.length());
+    let axis = long / length;
+    // Sides of the largest within one of so many pieces.
+    let largest = |pieces: u32| largest_within(DVec2::new(length / f64::from(pieces), width), axis);
+    let area = |pieces: u32| {
+        largest(pieces).map_or(0.0, |sides| f64::from(pieces) * sides.element_product())
+    };
+    let gained = |pieces: u32| area(pieces) - LEAST_GAIN * f64::from(pieces) * length * width;
+    let more = |best: u32, pieces: u32| if gained(pieces) > gained(best) { pieces } else { best };
+    let pieces = (2..=MOST_PIECES).fold(1, more);
+    let Some(sides) = largest(pieces) else { return };
+    let farthest = plan.map(|p| p.abs().max_element()).into_iter().fold(0.0, f64::max);
+    let half = 0.5 * sides - MARGIN * farthest;
+    if half.min_element() <= 0.0 {
+        return;
+    }
+    for piece in 0..pieces {
+        let along = (f64::from(piece) + 0.5) / f64::from(pieces);
+        let centre = a + along * long + 0.5 * short;
+        solids.push(solid(centre - half, centre + half));
+    }
 }
 
-/// Half sides of the largest upright rectangle within one of half sides `sides`, whose first side lies
-/// at an angle of that cosine and sine, both at least 0.
-fn half_sides(sides: DVec2, cos: f64, sin: f64) -> Option<DVec2> {
-    if sin == 0.0 {
-        return Some(sides);
-    }
-    if cos == 0.0 {
-        return Some(sides.yx());
-    }
+/// Sides of the largest upright rectangle within one of these sides, the first along `axis`.
+fn largest_within(sides: DVec2, axis: DVec2) -> Option<DVec2> {
+    let (cos, sin) = (axis.x.abs(), axis.y.abs());
     let (long, short) = (sides.max_element(), sides.min_element());
-    let half = if short <= 2.0 * sin * cos * long {
-        // Two corners on the long sides.
-        let x = 0.5 * short;
-        if sides.x >= sides.y { DVec2::new(x / sin, x / cos) } else { DVec2::new(x / cos, x / sin) }
+    let inscribed = if short <= 2.0 * sin * cos * long {
+        // Two corners halfway across, on the long sides.
+        let flat = 0.5 * short / DVec2::new(sin, cos);
+        if sides.x >= sides.y { flat } else { flat.yx() }
     } else {
         // All four corners on sides.
         let double = cos * cos - sin * sin;
         DVec2::new(sides.x * cos - sides.y * sin, sides.y * cos - sides.x * sin) / double
     };
-    (half.is_finite() && half.min_element() > 0.0).then_some(half)
+    (inscribed.is_finite() && inscribed.min_element() > 0.0).then_some(inscribed)
 }
