@@ -13,12 +13,14 @@
 
 mod cell;
 pub mod evaluate;
+pub mod extended_projection;
 pub mod fusion;
 pub mod horizon;
 mod many;
 mod occluders;
 pub mod sampled;
 mod potential;
+mod reference;
 mod settings;
 mod space;
 mod steps;
@@ -29,6 +31,7 @@ mod union;
 pub use cell::{Face, ViewCell};
 pub use many::Many;
 pub use occluders::{Occluders, Solid, Turned};
+pub use reference::Reference;
 pub use settings::{
     Edge, FacadeCluster, Fusion, OccluderMode, Planes, RegionTechnique, Sampled, Split,
 };
