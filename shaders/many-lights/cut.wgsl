@@ -15,10 +15,10 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
     var counted = vec4<u32>(0u);
     if point.object != NOTHING {
         let range = range_of(point.object);
-        for (var s = range.x; s < range.y; s++) {
-            var i = starts[s];
-            let end = i + nodes[i].size;
-            while i < end {
+        for (var s = range.x; s <= range.y; s++) {
+            let walk = walk_of(s, range.y, point.position.y);
+            var i = walk.x;
+            while i < walk.y {
                 let node = nodes[i];
                 let leaf = node.size == 1u;
                 var taken = leaf;

@@ -79,10 +79,11 @@ fn light(
     if point.object != NOTHING {
         let range = tile_ranges[lane];
         let region = region_of(range);
-        for (var s = range.x; s < range.y; s++) {
-            var i = starts[s];
-            let end = i + nodes[i].size;
-            while i < end {
+        for (var s = range.x; s <= range.y; s++) {
+            let walk = walk_of(s, range.y, region.high.y);
+            let hidden = s < range.y && is_start_hidden(s, point.position.y);
+            var i = walk.x;
+            while i < walk.y {
                 let node = nodes[i];
                 let leaf = node.size == 1u;
                 var taken = leaf;
@@ -90,7 +91,8 @@ fn light(
                     taken = is_taken(bound_region(FORM, node, region, frame.clamp_squared), 0.0);
                 }
                 if taken {
-                    let given = estimate(node, point, frame.clamp_squared);
+                    let whole = estimate(node, point, frame.clamp_squared);
+                    let given = select(whole, vec3<f32>(0.0), hidden);
                     sum = added(sum, seen(point, node.light, given));
                 }
                 if COUNT {

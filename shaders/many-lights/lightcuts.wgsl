@@ -12,7 +12,12 @@ struct LightcutsParams {
     most: u32,
     // Invocations that have a column of `open_clusters` each.
     threads: u32,
-    pad: u32,
+    // From and to in `nodes`: trees of lights that move, in every cut.
+    moving: u32,
+    moving_end: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 @group(1) @binding(3) var<uniform> params: LightcutsParams;
@@ -103,7 +108,12 @@ fn make_cut() -> bool {
     var total = vec3<f32>(0.0);
     let range = range_of(point.object);
     for (var s = range.x; s < range.y; s++) {
-        total += put(starts[s]);
+        if !is_start_hidden(s, point.position.y) {
+            total += put(start_of(s));
+        }
+    }
+    for (var root = params.moving; root < params.moving_end; root += nodes[root].size) {
+        total += put(root);
     }
     var largest = greatest(total);
     while cut.open > 0u {

@@ -153,8 +153,8 @@ fn walks_start_where_an_object_says() {
         absolute(1.0 / 1020.0, BoundForm::Cheap, Per::Tile),
         lightcuts(0.02, 1000, BoundForm::Cheap),
     ] {
-        let given = Given::new(&technique, &world, &tree).unwrap();
-        let given = Given { starts: starts.clone(), ..given };
+        let mut given = Given::new(&technique, &world, &tree).unwrap();
+        given.starts = starts.clone();
         let (mut expected, mut found) = (Shaded::default(), Shaded::default());
         let mut reference = cut::Reference::new(given.clone());
         reference.shade(0, true).unwrap();

@@ -1,6 +1,6 @@
 //! What techniques that make cuts are made ready from, whatever their form.
 
-use super::{lightcuts::Open, rule::Rule, starts::Starts};
+use super::{lightcuts::Open, moving::Moving, rule::Rule, starts::Starts};
 use crate::{BoundForm, LightTree, Lightcuts, LightsError, Per, Selection, Technique, World};
 use std::sync::Arc;
 
@@ -44,6 +44,8 @@ pub struct Given {
     pub starts: Starts,
     /// How cuts are made.
     pub method: Method,
+    /// What comes after the world's lights and their tree.
+    pub(crate) moving: Moving,
 }
 
 impl Given {
@@ -59,9 +61,22 @@ impl Given {
         let Some(method) = Method::of(technique) else {
             return Err(LightsError::value(format!("{technique:?}"), "makes no cuts"));
         };
+        Self::of(method, world, tree)
+    }
+
+    /// The same of a method.
+    ///
+    /// # Errors
+    /// [`LightsError::Value`]: a tree of other lights.
+    pub fn of(
+        method: Method,
+        world: &Arc<World>,
+        tree: &Arc<LightTree>,
+    ) -> Result<Self, LightsError> {
         tree.check_number(&world.lights)?;
         let (world, tree) = (Arc::clone(world), Arc::clone(tree));
-        Ok(Self { starts: Starts::roots(&tree.roots), world, tree, method })
+        let (starts, moving) = (Starts::roots(&tree.roots), Moving::none(&tree));
+        Ok(Self { starts, world, tree, method, moving })
     }
 
     /// Room for the clusters of a cut of the worst node first: no cut can have more.
@@ -69,8 +84,21 @@ impl Given {
         let Method::Worst(settings) = self.method else {
             return Open::new(Selection::Scan, 0);
         };
-        let most = (settings.most as usize).max(self.starts.most());
-        Open::new(settings.selection, most.min(self.tree.nodes.len()))
+        Open::new(settings.selection, self.most_open(&settings))
+    }
+
+    /// Most clusters of a cut of the worst node first: starts are members even beyond its most, and no
+    /// cut has more nodes than the tree.
+    pub(crate) fn most_open(&self, settings: &Lightcuts) -> usize {
+        let starts = self.starts.most() + self.moving.roots.len();
+        (settings.most as usize).max(starts).min(self.moving.fixed.nodes + self.moving.nodes)
+    }
+
+    /// Walks begin there from here on.
+    pub(crate) fn set_starts(&mut self, starts: &Starts) -> Result<(), LightsError> {
+        starts.check(self.moving.fixed.nodes)?;
+        self.starts.copy_from(starts);
+        Ok(())
     }
 
     /// Pixels of the largest frame.

@@ -9,7 +9,7 @@
 use super::walk::children;
 use crate::{Lightcuts, Selection};
 use glam::DVec3;
-use std::{cmp::Ordering, collections::BinaryHeap};
+use std::{borrow::Borrow, cmp::Ordering, collections::BinaryHeap};
 
 /// A node of a cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,7 +141,7 @@ pub struct Found {
 /// point is split, 1e-16 of its estimate may remain.
 pub fn cut(
     settings: &Lightcuts,
-    starts: &[u32],
+    starts: impl IntoIterator<Item: Borrow<u32>>,
     size: impl Fn(u32) -> u32,
     mut evaluate: impl FnMut(u32) -> Member,
     mut leaf: impl FnMut(&Member),
@@ -161,8 +161,8 @@ pub fn cut(
         member.estimate
     };
     let mut total = DVec3::ZERO;
-    for &start in starts {
-        total += put(start, &mut found, open);
+    for start in starts {
+        total += put(*start.borrow(), &mut found, open);
     }
     loop {
         let limit = settings.epsilon * total.max_element();

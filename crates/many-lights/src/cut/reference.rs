@@ -1,6 +1,7 @@
 //! Cuts in f64, scalar: what the other forms are held against.
 
 use super::{
+    Starting, Starts,
     given::{Given, Method},
     lightcuts::{self, Member, Open},
     rule::{Receiver, Rule},
@@ -8,7 +9,8 @@ use super::{
     walk::walk,
 };
 use crate::{
-    BoundForm, Lightcuts, Lighting, LightsError, Node, Point, Shaded, Times, Work,
+    BoundForm, Light, LightTree, Lightcuts, Lighting, LightsError, Node, Point, Shaded, Times,
+    Work,
     bound::{self, Region},
 };
 use glam::DVec3;
@@ -25,8 +27,8 @@ pub(super) struct Lit {
 pub struct Reference {
     given: Given,
     open: Open,
-    /// Nodes of a tile's cut.
-    nodes: Vec<u32>,
+    /// Nodes of a tile's cut, and the heights that what they were reached from is hidden below.
+    nodes: Vec<(u32, f32)>,
     shaded: Shaded,
 }
 
@@ -48,15 +50,14 @@ impl Reference {
             return estimate;
         }
         work.rays += 1;
-        let seen = world.sees(point, &world.lights[node.light as usize]);
-        if seen { estimate } else { DVec3::ZERO }
+        if self.given.sees(point, node.light) { estimate } else { DVec3::ZERO }
     }
 
     /// R3, R4.
     fn by_rule(&self, rule: Rule, form: BoundForm, point: &Point) -> Lit {
         let receiver = self.receiver(point, form);
         let mut lit = Lit::default();
-        walk(&self.given.tree, self.given.starts.of(point.object), |_, node| {
+        walk(&self.given.tree, self.given.entries_of(point), |_, node| {
             let look = rule.look(node, &receiver);
             lit.work.look(node.is_leaf(), look.taken || matches!(rule, Rule::Relative(_)));
             if look.taken {
@@ -70,7 +71,7 @@ impl Reference {
 
     /// R1, R2.
     fn by_worst(&self, settings: &Lightcuts, point: &Point, open: &mut Open) -> Lit {
-        let Given { world, tree, starts, .. } = &self.given;
+        let Given { world, tree, .. } = &self.given;
         let mut work = Work::default();
         let evaluate = |index: u32| {
             let node = &tree.nodes[index as usize];
@@ -85,7 +86,7 @@ impl Reference {
             Member { node: index, estimate, bound }
         };
         let size = |node: u32| tree.nodes[node as usize].size;
-        let starts = starts.of(point.object);
+        let starts = self.given.entries_of(point);
         let found = lightcuts::cut(settings, starts, size, evaluate, |_| (), open);
         work.cut = found.nodes as u64;
         work.ended = u64::from(found.ended);
@@ -94,31 +95,38 @@ impl Reference {
 
     /// R4 over the pixels of a tile that start alike; each of them gets the nodes it took.
     fn by_tile(&mut self, threshold: f64, form: BoundForm, points: &[(usize, Point)]) -> Vec<Lit> {
-        let Given { world, tree, starts, .. } = &self.given;
+        let Given { world, tree, .. } = &self.given;
         let Some((_, first)) = points.first() else { return Vec::new() };
         let Some(region) = Region::of(points.iter().map(|(_, point)| point)) else {
             return Vec::new();
         };
         let mut walked = Work::default();
         self.nodes.clear();
-        walk(tree, starts.of(first.object), |index, node| {
-            let bounded = || bound::region(form, node, &region, world.clamp_m);
-            let is_split = !node.is_leaf() && bounded() > threshold;
-            let taken = !is_split;
-            walked.look(node.is_leaf(), false);
-            if taken {
-                self.nodes.push(index);
-            }
-            taken
-        });
+        let highest = points.iter().map(|(_, point)| point.position.y).fold(f32::MIN, f32::max);
+        let entries = self.given.entries(self.given.starts.range(first.object));
+        for (start, hidden_below) in entries.filter(|&(_, below)| highest > below) {
+            walk(tree, [start], |index, node| {
+                let bounded = || bound::region(form, node, &region, world.clamp_m);
+                let is_split = !node.is_leaf() && bounded() > threshold;
+                let taken = !is_split;
+                walked.look(node.is_leaf(), false);
+                if taken {
+                    self.nodes.push((index, hidden_below));
+                }
+                taken
+            });
+        }
         let mut lit = Vec::with_capacity(points.len());
         for (lane, (_, point)) in points.iter().enumerate() {
             let mut one =
                 Lit { work: Work { visits: walked.visits, ..Work::default() }, ..Lit::default() };
             // One bound serves all pixels.
             one.work.bounds = if lane == 0 { walked.bounds } else { 0 };
-            for node in self.nodes.iter().map(|&index| &tree.nodes[index as usize]) {
-                let estimate = bound::estimate(node, point, world.clamp_m);
+            for &(index, hidden_below) in &self.nodes {
+                let node = &tree.nodes[index as usize];
+                let is_hidden = point.position.y <= hidden_below;
+                let whole = bound::estimate(node, point, world.clamp_m);
+                let estimate = if is_hidden { DVec3::ZERO } else { whole };
                 one.radiance += self.seen(point, node, estimate, &mut one.work);
                 one.work.evaluate(node.is_leaf());
             }
@@ -220,5 +228,22 @@ impl Lighting for Reference {
     fn bytes(&self) -> u64 {
         let nodes = size_of_val(&*self.given.tree.nodes) as u64;
         nodes + self.given.starts.bytes() + self.open.bytes()
+    }
+}
+
+impl Starting for Reference {
+    fn start(&mut self, starts: &Starts) -> Result<u64, LightsError> {
+        self.given.set_starts(starts)?;
+        Ok(0)
+    }
+
+    fn replace_moving(&mut self, lights: &[Light], tree: &LightTree) -> Result<u64, LightsError> {
+        self.given.set_moving(lights, tree)?;
+        Arc::make_mut(&mut self.given.tree).replace_after(self.given.moving.fixed, tree);
+        Ok(0)
+    }
+
+    fn starts(&self) -> Result<Starts, LightsError> {
+        Ok(self.given.starts.clone())
     }
 }

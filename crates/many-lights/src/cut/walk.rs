@@ -5,6 +5,7 @@
 //! Deviations: none.
 
 use crate::{LightTree, Node};
+use std::borrow::Borrow;
 
 /// The children of a node of a tree whose nodes have `size`, in order.
 pub fn children(node: u32, size: impl Fn(u32) -> u32 + Clone) -> impl Iterator<Item = u32> + Clone {
@@ -18,8 +19,13 @@ pub fn children(node: u32, size: impl Fn(u32) -> u32 + Clone) -> impl Iterator<I
 
 /// Goes through a tree from `starts` in its own order, without a stack: `look` says whether a node
 /// stands for its lights, and so is skipped with all below, or is gone into.
-pub fn walk(tree: &LightTree, starts: &[u32], mut look: impl FnMut(u32, &Node) -> bool) {
-    for &start in starts {
+pub fn walk(
+    tree: &LightTree,
+    starts: impl IntoIterator<Item: Borrow<u32>>,
+    mut look: impl FnMut(u32, &Node) -> bool,
+) {
+    for start in starts {
+        let start = *start.borrow();
         let mut index = start;
         let end = start + tree.nodes[start as usize].size;
         while index < end {

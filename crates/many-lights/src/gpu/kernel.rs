@@ -60,7 +60,7 @@ impl<'g> Kernel<'g> {
             let pipeline = scene.gpu.compute(parts.path, "light", &constants)?;
             let frames = scene.bind(&pipeline, &output);
             let own = scene.gpu.bind(&pipeline, 1, parts.buffers);
-            let shadows = scene.bind_shadows(&pipeline);
+            let shadows = scene.bind_shadows(&pipeline, scene.lights());
             Ok::<_, LightsError>(Variant { pipeline, frames, own, shadows })
         };
         let variants = [variant(0.0)?, variant(1.0)?];
@@ -75,6 +75,21 @@ impl<'g> Kernel<'g> {
             output,
             last: None,
         })
+    }
+
+    /// Binds other buffers in place of those that it was made of.
+    pub fn bind(&mut self, buffers: &[&wgpu::Buffer]) {
+        for variant in &mut self.variants {
+            variant.own = self.scene.gpu.bind(&variant.pipeline, 1, buffers);
+        }
+        self.bytes = buffers.iter().map(|buffer| buffer.size()).sum();
+    }
+
+    /// Traces shadow rays to other lights than the scene's, which they begin with.
+    pub fn bind_shadow_lights(&mut self, lights: &wgpu::Buffer) {
+        for variant in &mut self.variants {
+            variant.shadows = self.scene.bind_shadows(&variant.pipeline, lights);
+        }
     }
 
     fn work(&self, frame: usize, visits: &mut Vec<u32>) -> Result<Work, LightsError> {

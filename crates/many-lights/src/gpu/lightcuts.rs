@@ -5,15 +5,10 @@
 //! Deviations: clusters that may still be split lie in a buffer of bounded size, whose columns are
 //! used again tile after tile; single lights are summed at once and not kept.
 
-use super::{
-    cut::{finite, form_constant},
-    kernel::{Kernel, Parts},
-    scene::{LANES, Scene},
-    tree::Tree,
-};
-use crate::{Lightcuts, Lighting, LightsError, cut::Given};
+use super::scene::{LANES, Scene};
+use crate::LightsError;
 use bytemuck::{Pod, Zeroable};
-use std::sync::Arc;
+use dapple_gpu::wgpu;
 
 /// Most bytes of open clusters: columns for 65,536 pixels at once with cuts of 1000 nodes, which
 /// fill any device. A device that binds less gets less.
@@ -25,47 +20,44 @@ const CLUSTER_BYTES: u64 = 8;
 /// Mirrors `LightcutsParams` of `many-lights/lightcuts.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct LightcutsParams {
-    epsilon: f32,
-    most: u32,
-    threads: u32,
-    pad: u32,
+pub(super) struct LightcutsParams {
+    pub(super) epsilon: f32,
+    pub(super) most: u32,
+    pub(super) threads: u32,
+    pub(super) moving: [u32; 2],
+    pub(super) pad: [u32; 3],
 }
 
-/// Makes lightcuts.
-///
-/// # Errors
-/// A cut that may hold so many nodes that the columns of one workgroup pass a limit of the device.
-pub(super) fn lightcuts<'g>(
-    scene: &Arc<Scene<'g>>,
-    given: &Given,
-    tree: &Tree,
-    settings: &Lightcuts,
-) -> Result<Box<dyn Lighting + 'g>, LightsError> {
-    let gpu = scene.gpu;
-    // Starts are members of a cut even beyond its most; and no cut has more nodes than the tree.
-    let rows = (settings.most as usize).max(given.starts.most()).min(given.tree.nodes.len());
-    let group_bytes = LANES * CLUSTER_BYTES * rows.max(1) as u64;
-    let budget = STATE_BYTES.min(gpu.limits().max_storage_buffer_binding_size);
-    let most = u64::from(gpu.limits().max_compute_workgroups_per_dimension);
-    let groups = (budget / group_bytes).min(scene.most_tiles()).min(most).max(1);
-    let open = gpu.buffer("open clusters of cuts", groups * group_bytes)?;
-    let params = LightcutsParams {
-        epsilon: finite(settings.epsilon),
-        most: settings.most,
-        threads: (groups * LANES) as u32,
-        pad: 0,
-    };
-    let params = gpu.uniform("lightcuts", &params)?;
-    let parts = Parts {
-        pass: "lightcuts",
-        path: "many-lights/lightcuts.wgsl",
-        constants: &[form_constant(settings.bound)],
-        buffers: &[&tree.nodes, &tree.starts, &tree.ranges, &params, &open],
-        evaluates_all: true,
-        most_groups: Some(groups as u32),
-    };
-    Ok(Box::new(Kernel::new(scene, &parts)?))
+/// Open clusters of all pixels that are lit at once.
+#[derive(Debug)]
+pub(super) struct Room {
+    /// Columns of `rows`, one an invocation.
+    pub(super) open: wgpu::Buffer,
+    /// Clusters of a column.
+    pub(super) rows: usize,
+    /// Workgroups that share out the tiles.
+    pub(super) groups: u32,
+}
+
+impl Room {
+    /// Room for `rows` clusters a cut.
+    ///
+    /// # Errors
+    /// So many that the columns of one workgroup pass a limit of the device.
+    pub(super) fn new(scene: &Scene<'_>, rows: usize) -> Result<Self, LightsError> {
+        let limits = scene.gpu.limits();
+        let group_bytes = LANES * CLUSTER_BYTES * rows.max(1) as u64;
+        let budget = STATE_BYTES.min(limits.max_storage_buffer_binding_size);
+        let most = u64::from(limits.max_compute_workgroups_per_dimension);
+        let groups = (budget / group_bytes).min(scene.most_tiles()).min(most).max(1);
+        let open = scene.gpu.buffer("open clusters of cuts", groups * group_bytes)?;
+        Ok(Self { open, rows, groups: groups as u32 })
+    }
+
+    /// Columns.
+    pub(super) fn threads(&self) -> u32 {
+        self.groups * LANES as u32
+    }
 }
 
 #[cfg(test)]
@@ -74,7 +66,16 @@ mod tests {
 
     #[test]
     fn uniform_has_the_layout_of_the_shader() {
-        let fields = [("epsilon", 0), ("most", 4), ("threads", 8), ("pad", 12)];
+        let fields = [
+            ("epsilon", 0),
+            ("most", 4),
+            ("threads", 8),
+            ("moving", 12),
+            ("moving_end", 16),
+            ("pad0", 20),
+            ("pad1", 24),
+            ("pad2", 28),
+        ];
         let path = "many-lights/lightcuts.wgsl";
         crate::gpu::mirror::<LightcutsParams>(path, "LightcutsParams", &fields);
     }

@@ -9,6 +9,7 @@ mod kernel;
 mod lightcuts;
 mod occluders;
 mod reservoirs;
+mod room;
 mod sample;
 mod scene;
 mod tree;

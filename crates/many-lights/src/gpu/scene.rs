@@ -114,10 +114,15 @@ impl<'g> Scene<'g> {
         &self.occluders
     }
 
-    /// Group 2 of `common/lights_shadow.wgsl`, for a pipeline whose entry point calls `sees`.
-    pub fn bind_shadows(&self, pipeline: &wgpu::ComputePipeline) -> wgpu::BindGroup {
+    /// Group 2 of `common/lights_shadow.wgsl`, for a pipeline whose entry point calls `sees`;
+    /// `lights` begins with [`Scene::lights`].
+    pub fn bind_shadows(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        lights: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
         let [params, nodes, triangles] = self.occluders.buffers();
-        self.gpu.bind(pipeline, 2, &[params, nodes, triangles, &self.lights])
+        self.gpu.bind(pipeline, 2, &[params, nodes, triangles, lights])
     }
 
     /// Pixels of the largest frame.

@@ -6,13 +6,15 @@ mod packet;
 mod vector;
 
 use super::{
+    Starting, Starts,
     given::{Given, Method},
     lightcuts::{self, Member, Open},
     rule::Rule,
     tile,
 };
 use crate::{
-    Frame, Lightcuts, Lighting, LightsError, PackedTree, Point, Shaded, Times, Work,
+    Frame, Light, LightTree, Lightcuts, Lighting, LightsError, PackedTree, Point, Shaded, Times,
+    Work,
     bound::packed::{self, PackedRegion},
     pool::Pool,
 };
@@ -52,7 +54,7 @@ impl Cpu {
         let Scratch { tile, lit, open } = scratch;
         *lit = Lit::default();
         let clamp_squared = packed::clamp_squared(self.given.world.clamp_m);
-        let world = self.given.world.occluders.is_some().then_some(&*self.given.world);
+        let shadows = self.given.world.occluders.is_some().then_some(&self.given);
         let nodes = &self.tree.nodes[..];
         // Lanes that start alike walk together.
         let mut left = tile.there;
@@ -62,15 +64,15 @@ impl Cpu {
             let alike = Tile::lanes(left).filter(|&lane| range(lane) == first);
             let group = alike.fold(0, |group, lane| group | 1 << lane);
             left &= !group;
-            let starts = self.given.starts.nodes(first);
+            let starts = self.given.entries(first);
             match self.given.method {
                 Method::Rule(rule, form) => {
-                    let walk = Walk { nodes, rule, form, clamp_squared, world };
+                    let walk = Walk { nodes, rule, form, clamp_squared, shadows };
                     packet::by_pixel::<COUNT>(&walk, starts, tile, group, lit);
                 }
                 Method::Tile { threshold, form } => {
                     let rule = Rule::Absolute(threshold);
-                    let walk = Walk { nodes, rule, form, clamp_squared, world };
+                    let walk = Walk { nodes, rule, form, clamp_squared, shadows };
                     let points = Tile::lanes(group).map(|lane| &tile.points[lane]);
                     if let Some(region) = PackedRegion::of(points) {
                         packet::by_tile::<COUNT>(&walk, starts, tile, group, &region, lit);
@@ -78,7 +80,7 @@ impl Cpu {
                 }
                 Method::Worst(settings) => {
                     for lane in Tile::lanes(group) {
-                        self.by_worst(&settings, starts, &tile.points[lane], lane, open, lit);
+                        self.by_worst(&settings, &tile.points[lane], lane, open, lit);
                     }
                 }
             }
@@ -89,7 +91,6 @@ impl Cpu {
     fn by_worst(
         &self,
         settings: &Lightcuts,
-        starts: &[u32],
         point: &Point,
         lane: usize,
         open: &mut Open,
@@ -105,7 +106,7 @@ impl Cpu {
             let mut estimate = packed::estimate(node, point, clamp_squared);
             if world.occluders.is_some() && estimate != Vec3::ZERO {
                 work.rays += 1;
-                if !world.sees(point, &world.lights[node.light as usize]) {
+                if !self.given.sees(point, node.light) {
                     estimate = Vec3::ZERO;
                 }
             }
@@ -116,6 +117,7 @@ impl Cpu {
             Member { node: index, estimate: estimate.as_dvec3(), bound: f64::from(bound) }
         };
         let size = |node: u32| self.tree.nodes[node as usize].size;
+        let starts = self.given.entries_of(point);
         let found = lightcuts::cut(settings, starts, size, evaluate, |_| (), open);
         lit.set(lane, found.radiance.as_vec3(), work.visits as u32, found.nodes as u32);
         work.visits = 0;
@@ -200,5 +202,22 @@ impl Lighting for Cpu {
         let open = self.given.open().bytes();
         let nodes = size_of_val(&*self.tree.nodes) as u64;
         nodes + self.given.starts.bytes() + self.pool.len() as u64 * open
+    }
+}
+
+impl Starting for Cpu {
+    fn start(&mut self, starts: &Starts) -> Result<u64, LightsError> {
+        self.given.set_starts(starts)?;
+        Ok(0)
+    }
+
+    fn replace_moving(&mut self, lights: &[Light], tree: &LightTree) -> Result<u64, LightsError> {
+        self.given.set_moving(lights, tree)?;
+        self.tree.replace_after(self.given.moving.fixed, &tree.pack());
+        Ok(0)
+    }
+
+    fn starts(&self) -> Result<Starts, LightsError> {
+        Ok(self.given.starts.clone())
     }
 }

@@ -11,9 +11,9 @@ use super::{
     vector,
 };
 use crate::{
-    BoundForm, PackedNode, Point, Work, World,
+    BoundForm, PackedNode, Point, Work,
     bound::packed::{self, PackedRegion},
-    cut::Rule,
+    cut::{Given, Rule},
 };
 use glam::Vec3;
 use multiversion::multiversion;
@@ -27,7 +27,7 @@ pub(super) struct Walk<'a> {
     pub(super) form: BoundForm,
     pub(super) clamp_squared: f32,
     /// For shadow rays; none are traced without.
-    pub(super) world: Option<&'a World>,
+    pub(super) shadows: Option<&'a Given>,
 }
 
 /// What a tile's pixels come out as, and what that took.
@@ -50,7 +50,7 @@ pub(super) struct Lit {
 ))]
 pub(super) fn by_pixel<const COUNT: bool>(
     walk: &Walk<'_>,
-    starts: &[u32],
+    starts: impl Iterator<Item = (u32, f32)>,
     tile: &Tile,
     group: u64,
     lit: &mut Lit,
@@ -59,7 +59,11 @@ pub(super) fn by_pixel<const COUNT: bool>(
         Rule::Relative(epsilon) => (true, epsilon as f32),
         Rule::Absolute(threshold) => (false, threshold as f32),
     };
-    for &start in starts {
+    for (start, hidden_below) in starts {
+        let group = above(tile, group, hidden_below);
+        if group == 0 {
+            continue;
+        }
         let end = start + walk.nodes[start as usize].size;
         // The first node that each lane looks at again.
         let mut next = lanes_of(group).map(|row| row.map(|lane| if lane { start } else { end }));
@@ -108,9 +112,9 @@ pub(super) fn by_pixel<const COUNT: bool>(
                 if !relative && !leaf {
                     estimates = vector::estimates(node, points, walk.clamp_squared);
                 }
-                if let Some(world) = walk.world {
+                if let Some(given) = walk.shadows {
                     let points = &tile.points[row * WIDTH..][..WIDTH];
-                    lit.work.rays += shadow(world, node, points, &taken, &mut estimates);
+                    lit.work.rays += shadow(given, node, points, &taken, &mut estimates);
                 }
                 lit.sums[row].add(&taken, &estimates);
             }
@@ -127,7 +131,7 @@ pub(super) fn by_pixel<const COUNT: bool>(
 ))]
 pub(super) fn by_tile<const COUNT: bool>(
     walk: &Walk<'_>,
-    starts: &[u32],
+    starts: impl Iterator<Item = (u32, f32)>,
     tile: &Tile,
     group: u64,
     region: &PackedRegion,
@@ -137,7 +141,13 @@ pub(super) fn by_tile<const COUNT: bool>(
     let limit = threshold as f32;
     let lanes = lanes_of(group).map(|row| row.map(|lane| if lane { u32::MAX } else { 0 }));
     let count = u64::from(group.count_ones());
-    for &start in starts {
+    for (start, hidden_below) in starts {
+        if region.max.y <= hidden_below {
+            continue;
+        }
+        // Lanes that are hidden wait for the others' walk.
+        let above = lanes_of(above(tile, group, hidden_below));
+        let above = above.map(|row| row.map(|lane| if lane { u32::MAX } else { 0 }));
         let mut index = start;
         let end = start + walk.nodes[start as usize].size;
         while index < end {
@@ -167,9 +177,16 @@ pub(super) fn by_tile<const COUNT: bool>(
                     continue;
                 }
                 let mut estimates = vector::estimates(node, &tile.rows[row], walk.clamp_squared);
-                if let Some(world) = walk.world {
+                if hidden_below > f32::NEG_INFINITY {
+                    for channel in &mut estimates {
+                        for lane in 0..WIDTH {
+                            channel[lane] = if above[row][lane] == 0 { 0.0 } else { channel[lane] };
+                        }
+                    }
+                }
+                if let Some(given) = walk.shadows {
                     let points = &tile.points[row * WIDTH..][..WIDTH];
-                    lit.work.rays += shadow(world, node, points, lanes, &mut estimates);
+                    lit.work.rays += shadow(given, node, points, lanes, &mut estimates);
                 }
                 lit.sums[row].add(lanes, &estimates);
             }
@@ -216,24 +233,33 @@ impl Lit {
 /// Takes away what does not reach the points of the lanes `taken`; the rays that this took.
 #[cold]
 fn shadow(
-    world: &World,
+    given: &Given,
     node: &PackedNode,
     points: &[Point],
     taken: &Row<u32>,
     estimates: &mut [Row; 3],
 ) -> u64 {
-    let light = &world.lights[node.light as usize];
     let mut rays = 0;
     for lane in (0..WIDTH).filter(|&lane| taken[lane] != 0) {
         if estimates.iter().all(|channel| channel[lane] == 0.0) {
             continue;
         }
         rays += 1;
-        if !world.sees(&points[lane], light) {
+        if !given.sees(&points[lane], node.light) {
             estimates.iter_mut().for_each(|channel| channel[lane] = 0.0);
         }
     }
     rays
+}
+
+/// The lanes of a group whose points lie above a height.
+#[inline(always)]
+fn above(tile: &Tile, group: u64, height: f32) -> u64 {
+    if height == f32::NEG_INFINITY {
+        return group;
+    }
+    let lanes = Tile::lanes(group).filter(|&lane| tile.points[lane].position.y > height);
+    lanes.fold(0, |group, lane| group | 1 << lane)
 }
 
 /// The bits of a group, lane by lane.

@@ -140,8 +140,8 @@ pub fn lighting<'g>(
     method: Method,
     device: Option<&Arc<gpu::Scene<'g>>>,
 ) -> Result<Box<dyn Lighting + 'g>, SuiteError> {
-    let starts = starts.unwrap_or_else(|| Starts::roots(&tree.roots));
-    let given = Given { world: Arc::clone(world), tree: Arc::clone(tree), starts, method };
+    let mut given = Given::of(method, world, tree)?;
+    given.starts = starts.unwrap_or(given.starts);
     match (form, device) {
         (Form::Gpu, Some(scene)) => Ok(gpu::cut(scene, &given)?),
         (Form::Gpu, None) => Err(SuiteError::Internal("no graphics device".into())),

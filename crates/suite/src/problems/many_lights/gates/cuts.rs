@@ -321,8 +321,8 @@ fn roots(
         let starts = |list: &[u32]| {
             Starts::new(&tree.roots, &vec![Some(list.to_vec()); 4], tree.nodes.len())
         };
-        let listed = Given { starts: starts(&list)?, ..by_default.clone() };
-        let empty = Given { starts: starts(&[])?, ..by_default.clone() };
+        let (mut listed, mut empty) = (by_default.clone(), by_default.clone());
+        (listed.starts, empty.starts) = (starts(&list)?, starts(&[])?);
         let lit = |given: &Given| -> Result<_, SuiteError> {
             let mut reference = cut::Reference::new(given.clone());
             let mut cpu = cut::Cpu::new(given.clone());
