@@ -16,6 +16,7 @@ pub mod evaluate;
 pub mod extended_projection;
 pub mod fusion;
 pub mod horizon;
+mod make;
 mod many;
 mod occluders;
 pub mod sampled;
@@ -29,6 +30,7 @@ pub mod truth;
 mod union;
 
 pub use cell::{Face, ViewCell};
+pub use make::make;
 pub use many::Many;
 pub use occluders::{Occluders, Solid, Turned};
 pub use reference::Reference;
