@@ -25,7 +25,7 @@ pub fn join(a: &Umbra, b: &Umbra) -> Option<Umbra> {
 
 /// Whether it hides anything, and all its numbers are numbers.
 pub(super) fn is_real(shadow: &Umbra) -> bool {
-    shadow.u[0] < shadow.u[1] && shadow.foot < shadow.lowest() && shadow.highest() < f64::INFINITY
+    shadow.u[0] < shadow.u[1] && shadow.foot < shadow.highest() && shadow.highest() < f64::INFINITY
 }
 
 /// From left to right.

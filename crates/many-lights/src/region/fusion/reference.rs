@@ -5,7 +5,7 @@
 //! Deviations: as [`super`].
 
 use super::join::{by_foot, by_height, by_left, is_real, join, meet, within};
-use super::{Cuboid, Fusion, Projection, Umbra, Verdict, overlaps, reproject};
+use super::{Cuboid, Fusion, Projection, Umbra, Verdict, query::overlaps, reproject};
 
 /// A shadow and those inside its interval that hide more than it does.
 #[derive(Clone, Debug, PartialEq)]
