@@ -3,6 +3,7 @@
 use dapple_foliage::partition::PartitionError;
 use dapple_gpu::GpuError;
 use dapple_many_lights::LightsError;
+use dapple_night_city::NightError;
 use dapple_occlusion::OcclusionError;
 use std::path::PathBuf;
 
@@ -77,6 +78,9 @@ pub enum SuiteError {
     /// Many lights refused their settings or input, or their device failed.
     #[error(transparent)]
     Lights(#[from] LightsError),
+    /// A city at night refused its settings or input, or its device failed.
+    #[error(transparent)]
+    Night(#[from] NightError),
     /// The generator of cities refused its knobs.
     #[error(transparent)]
     City(#[from] dapple_scene::city::CityError),
@@ -119,7 +123,11 @@ impl SuiteError {
             Self::Gpu(_) | Self::Record(_) | Self::Io { .. } | Self::Interrupted { .. } => 3,
             Self::Internal(_)
             | Self::Occlusion(OcclusionError::Gpu(_))
-            | Self::Lights(LightsError::Gpu(_)) => 3,
+            | Self::Lights(LightsError::Gpu(_))
+            | Self::Night(
+                NightError::Lights(LightsError::Gpu(_))
+                | NightError::Occlusion(OcclusionError::Gpu(_)),
+            ) => 3,
             _ => 2,
         }
     }
@@ -130,7 +138,11 @@ impl SuiteError {
             Self::Gpu(error)
             | Self::Partition(PartitionError::Gpu(error))
             | Self::Occlusion(OcclusionError::Gpu(error))
-            | Self::Lights(LightsError::Gpu(error)) => Some(error),
+            | Self::Lights(LightsError::Gpu(error))
+            | Self::Night(
+                NightError::Lights(LightsError::Gpu(error))
+                | NightError::Occlusion(OcclusionError::Gpu(error)),
+            ) => Some(error),
             _ => None,
         }
     }

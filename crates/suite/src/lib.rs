@@ -12,6 +12,7 @@ pub mod error;
 pub mod knob;
 pub mod light_mesh;
 pub mod memory;
+pub mod night;
 pub mod plan;
 pub mod problem;
 pub mod problems;

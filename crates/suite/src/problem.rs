@@ -101,7 +101,19 @@ pub const fn technique(
     variants: &'static [Variant],
     knobs: &'static [Knob],
 ) -> Technique {
-    Technique { id, title, source, forms: FORMS, variants, knobs }
+    technique_in(FORMS, id, title, source, variants, knobs)
+}
+
+/// A technique in some forms.
+pub const fn technique_in(
+    forms: &'static [Form],
+    id: &'static str,
+    title: &'static str,
+    source: &'static str,
+    variants: &'static [Variant],
+    knobs: &'static [Knob],
+) -> Technique {
+    Technique { id, title, source, forms, variants, knobs }
 }
 
 impl Technique {

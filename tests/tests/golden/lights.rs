@@ -6,7 +6,7 @@ use dapple_suite::{
     case::Case,
     knob::{self, Knobs},
     problem::{Form, Setting},
-    problems::many_lights::{LightsCase, SPEC},
+    problems::many_lights::{LightsCase, SPEC, picture::grey},
 };
 use dapple_tests::golden::{LSB, Picture, Tolerance, assert_golden};
 use glam::Vec3;
@@ -128,12 +128,7 @@ fn brightness(radiance: &[Vec3]) -> f32 {
 
 /// What a display shows: luminance, encoded.
 fn shown(radiance: &[Vec3]) -> Picture {
-    let grey = |r: &Vec3| {
-        let linear = r.dot(Vec3::new(0.2126, 0.7152, 0.0722)).clamp(0.0, 1.0);
-        let encoded = 1.055 * linear.max(0.003_130_8).powf(1.0 / 2.4) - 0.055;
-        if linear <= 0.003_130_8 { 12.92 * linear } else { encoded }
-    };
-    let values: Vec<f32> = radiance.iter().map(grey).collect();
+    let values: Vec<f32> = radiance.iter().copied().map(grey).collect();
     Picture::from_values(SIZE[0], SIZE[1], &values)
 }
 

@@ -5,6 +5,7 @@ use crate::{SuiteError, problem::Problem};
 pub mod camera_visibility;
 pub mod many_lights;
 pub mod partition_offsets;
+pub mod region_light_visibility;
 pub mod shadow_filtering;
 pub mod translucent_shadow;
 
@@ -15,6 +16,7 @@ pub const ALL: &[&dyn Problem] = &[
     &translucent_shadow::TranslucentShadow,
     &camera_visibility::CameraVisibility,
     &many_lights::ManyLights,
+    &region_light_visibility::RegionLightVisibility,
 ];
 
 /// The problem of that name.

@@ -1,16 +1,50 @@
 //! What the tests of problems' extremes share.
 
-use super::{Axis, Values};
+use super::{
+    Axis, Values,
+    judge::{self, Home, Judgement},
+};
 use crate::{
     SuiteError,
     case::Case,
-    problem::{Checked, Prepared, Setting},
+    knob::Knobs,
+    problem::{Checked, Prepared, Setting, Spec},
 };
 use std::collections::BTreeSet;
 
 /// The axis of that name.
 pub fn find(axes: Vec<Axis>, id: &str) -> Axis {
     axes.into_iter().find(|axis| axis.id == id).unwrap()
+}
+
+/// The case that an axis is probed in.
+pub fn case(spec: &Spec, axis: &Axis) -> Case {
+    Case {
+        problem: spec.id.into(),
+        scene: spec.default_scene.into(),
+        view: String::new(),
+        seed: 0,
+        parameters: axis.case_parameters(spec, &Knobs::new()).unwrap(),
+    }
+}
+
+/// What a technique found at a value, as the engine judges it.
+pub fn judged(
+    axis: &Axis,
+    prepared: &Result<Box<dyn Prepared + '_>, SuiteError>,
+    setting: &Setting,
+    value: f64,
+    home: &Home,
+) -> Judgement {
+    let refused = (axis.must_refuse)(value);
+    match prepared {
+        Err(error) => Judgement::without(judge::verdict_of(error), error.to_string()),
+        Ok(prepared) => {
+            let pushed = (axis.setting)(setting, value).unwrap();
+            let found = prepared.subject(&pushed).and_then(|mut subject| subject.check());
+            judge::judge(&axis.criterion, home, refused, &found)
+        }
+    }
 }
 
 /// Home and the ends; every position of words. Of whole numbers none above `most`: more texels or

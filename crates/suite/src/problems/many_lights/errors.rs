@@ -1,6 +1,6 @@
 //! How far lit pixels are from the truth.
 
-use super::truth::Truth;
+use super::{picture::encoded, truth::Truth};
 use crate::SuiteError;
 use dapple_metrics::stats::percentile;
 use glam::{DVec3, Vec3};
@@ -61,11 +61,7 @@ impl Score {
 
 /// A colour in steps of 8-bit sRGB, rounded, each 0..=255.
 pub fn srgb_steps(linear: DVec3) -> DVec3 {
-    let one = |v: f64| {
-        let v = v.clamp(0.0, 1.0);
-        let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-        (255.0 * encoded).round()
-    };
+    let one = |v: f64| (255.0 * encoded(v)).round();
     DVec3::new(one(linear.x), one(linear.y), one(linear.z))
 }
 

@@ -9,7 +9,7 @@ mod claims;
 mod errors;
 mod gates;
 pub mod input;
-mod picture;
+pub mod picture;
 mod port;
 mod replicas;
 pub mod settings;

@@ -2,7 +2,9 @@
 
 use crate::{
     knob::{Accuracy, Knob},
-    problem::{Form, Metric, Spec, Technique, Variant, metric, variant},
+    problem::{
+        Form, Metric, ONLY, Spec, Technique, Variant, metric, technique, technique_in, variant,
+    },
 };
 
 /// The declaration.
@@ -178,20 +180,7 @@ const fn cpu_variant(id: &'static str, help: &'static str) -> Variant {
     Variant { id, help, not_in: &[Form::Gpu] }
 }
 
-const ONLY: &[Variant] = &[variant("plain", "as published")];
-const FORMS: &[Form] = &[Form::Reference, Form::Cpu, Form::Gpu];
 const NO_GPU: &[Form] = &[Form::Reference, Form::Cpu];
-
-const fn technique(
-    id: &'static str,
-    title: &'static str,
-    source: &'static str,
-    forms: &'static [Form],
-    variants: &'static [Variant],
-    knobs: &'static [Knob],
-) -> Technique {
-    Technique { id, title, source, forms, variants, knobs }
-}
 
 const PACKINGS: &[Variant] = &[
     variant("plain", "as suits the form: sorted on a processor, targets on a device"),
@@ -206,16 +195,14 @@ const TECHNIQUES: &[Technique] = &[
         "osm",
         "Opacity shadow maps",
         "kim2001",
-        FORMS,
         PACKINGS,
         knobs![BLUR, LAYERS, LOOKUP, SLICING, BLEND, FORMAT, STORAGE],
     ),
-    technique("unshadowed", "No shadow", "voicu2011", FORMS, ONLY, &[RESOLUTION]),
+    technique("unshadowed", "No shadow", "voicu2011", ONLY, &[RESOLUTION]),
     technique(
         "shadow-map",
         "Binary shadow map of all geometry",
         "williams1978",
-        FORMS,
         ONLY,
         &[RESOLUTION, TAPS, BIAS, CROP],
     ),
@@ -223,7 +210,6 @@ const TECHNIQUES: &[Technique] = &[
         "pssm",
         "Parallel-split shadow maps of all geometry",
         "zhang2006",
-        FORMS,
         ONLY,
         &[
             RESOLUTION,
@@ -237,7 +223,6 @@ const TECHNIQUES: &[Technique] = &[
         "dom",
         "Deep opacity maps",
         "yuksel2008",
-        FORMS,
         &[
             variant("repaired", "a fragment is added to its own and all later layers"),
             variant("listing", "the printed masks: later textures miss it in their first channels"),
@@ -257,18 +242,17 @@ const TECHNIQUES: &[Technique] = &[
         "bom",
         "Bounding opacity maps",
         "voicu2011",
-        FORMS,
         &[
             variant("full", "K layers between each ray's ends"),
             variant("thesis", "K - 1 layers, the last for the end itself; fragments biased too"),
         ],
         knobs![BLUR, LAYERS, LOOKUP, LAMBDA, SPLIT, BLEND, FORMAT, STORAGE, END_MAP],
     ),
-    technique(
+    technique_in(
+        &[Form::Cpu, Form::Gpu],
         "bom-search",
         "Bounding opacity maps, split searched for",
         "voicu2011",
-        &[Form::Cpu, Form::Gpu],
         &[
             variant("correlation", "least correlation of neighbouring maps (thesis)"),
             variant("sad", "greatest sum of absolute differences (thesis)"),
@@ -296,7 +280,6 @@ const TECHNIQUES: &[Technique] = &[
         "fourier",
         "Fourier opacity maps",
         "jansen2010",
-        FORMS,
         ONLY,
         knobs![
             BLUR,
@@ -307,11 +290,11 @@ const TECHNIQUES: &[Technique] = &[
             FLOAT,
         ],
     ),
-    technique(
+    technique_in(
+        NO_GPU,
         "avsm",
         "Adaptive volumetric shadow maps",
         "salvi2010",
-        NO_GPU,
         &[variant("drawn", "fragments as they are drawn"), variant("sorted", "fragments by depth")],
         knobs![
             Knob::int("nodes", [2, 8, 64], "nodes a texel")
@@ -324,7 +307,6 @@ const TECHNIQUES: &[Technique] = &[
         "moments",
         "Moment-based transmittance",
         "muenstermann2018",
-        FORMS,
         &[variant("four", "four power moments"), variant("six", "six power moments")],
         knobs![
             BLUR,
@@ -348,7 +330,6 @@ const TECHNIQUES: &[Technique] = &[
         "stochastic",
         "Stochastic shadow map",
         "enderton2010",
-        FORMS,
         ONLY,
         knobs![
             Knob::int("samples", [1, 8, 64], "depths a texel")
@@ -357,11 +338,11 @@ const TECHNIQUES: &[Technique] = &[
                 .accuracy(Accuracy::Monotone),
         ],
     ),
-    technique(
+    technique_in(
+        NO_GPU,
         "deep",
         "Deep shadow map, compressed",
         "lokovic2000",
-        NO_GPU,
         ONLY,
         knobs![
             Knob::float("tolerance", [0.0, 0.02, 0.5], "greatest error of a stored transmittance")

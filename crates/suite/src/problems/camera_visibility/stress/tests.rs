@@ -2,14 +2,12 @@
 
 use super::{Loaded, axes, checked, made, of, walls, world};
 use crate::{
-    SuiteError,
     case::Case,
-    knob::Knobs,
-    problem::{Form, Prepared, Setting},
+    problem::{Form, Setting},
     problems::camera_visibility::{SPEC, VisibilityCase, errors::Score, truth::Owned},
     stress::{
         Axis, edit,
-        judge::{self, Home, Judgement, Verdict},
+        judge::{Home, Verdict},
         motion, testing as stress,
     },
     testing,
@@ -17,13 +15,7 @@ use crate::{
 use std::collections::{BTreeMap, BTreeSet};
 
 fn case(axis: &Axis) -> Case {
-    Case {
-        problem: SPEC.id.into(),
-        scene: SPEC.default_scene.into(),
-        view: String::new(),
-        seed: 0,
-        parameters: axis.case_parameters(&SPEC, &Knobs::new()).unwrap(),
-    }
+    stress::case(&SPEC, axis)
 }
 
 fn setting(technique: &str, variant: &str) -> Setting {
@@ -36,25 +28,6 @@ fn axis(id: &str) -> Axis {
 
 /// More objects, triangles or columns show no more here than these do, in seconds less.
 const MOST: u32 = 2_000;
-
-/// What a technique found at a value, as the engine judges it.
-fn judged(
-    axis: &Axis,
-    prepared: &Result<Box<dyn Prepared + '_>, SuiteError>,
-    setting: &Setting,
-    value: f64,
-    home: &Home,
-) -> Judgement {
-    let refused = (axis.must_refuse)(value);
-    match prepared {
-        Err(error) => Judgement::without(judge::verdict_of(error), error.to_string()),
-        Ok(prepared) => {
-            let pushed = (axis.setting)(setting, value).unwrap();
-            let found = prepared.subject(&pushed).and_then(|mut subject| subject.check());
-            judge::judge(&axis.criterion, home, refused, &found)
-        }
-    }
-}
 
 /// Techniques that between them have every knob.
 const PUSHED: &[&str] = &["chcpp", "hierarchical-depth", "masked"];
@@ -72,7 +45,8 @@ fn every_axis_runs_at_its_ends_and_refuses_what_it_must() {
             assert!(!meant.is_empty(), "{} at {value} means nothing", axis.id);
             for technique in meant {
                 let place = format!("{} at {value}, {technique}", axis.id);
-                let judged = judged(&axis, &prepared, &setting(technique, ""), value, &Home::Here);
+                let judged =
+                    stress::judged(&axis, &prepared, &setting(technique, ""), value, &Home::Here);
                 let too_wide = axis.id == "opening" && value > 179.0;
                 if (axis.must_refuse)(value) || too_wide {
                     assert_eq!(judged.verdict, Verdict::Refused, "{place}: {}", judged.reason);
@@ -129,7 +103,7 @@ fn a_refusal_names_the_element_and_the_limit() {
         let axis = axis(id);
         let value = axis.values.parse(id, word).unwrap();
         let prepared = (axis.prepare)(&case(&axis), value, None);
-        let judged = judged(&axis, &prepared, &setting(technique, ""), value, &Home::Here);
+        let judged = stress::judged(&axis, &prepared, &setting(technique, ""), value, &Home::Here);
         assert_eq!(judged.verdict, Verdict::Refused, "{id} {word}");
         for part in parts {
             assert!(judged.reason.contains(part), "{id} {word}: {}", judged.reason);
@@ -142,7 +116,7 @@ fn verdict(id: &str, technique: &str, variant: &str, value: f64) -> (Verdict, St
     let axis = axis(id);
     let (case, setting) = (case(&axis), setting(technique, variant));
     let at = |value, home: &Home| {
-        judged(&axis, &(axis.prepare)(&case, value, None), &setting, value, home)
+        stress::judged(&axis, &(axis.prepare)(&case, value, None), &setting, value, home)
     };
     let home = at(axis.home, &Home::Here);
     assert_eq!(home.verdict, Verdict::Safe, "{id}, {technique}: {}", home.reason);

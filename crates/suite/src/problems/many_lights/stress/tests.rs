@@ -2,17 +2,15 @@
 
 use super::{LightsCase, axes, known, lights, made, places, walls, world};
 use crate::{
-    SuiteError,
     case::Case,
-    knob::Knobs,
-    problem::{Form, Prepared, Setting, Technique},
+    problem::{Form, Setting, Technique},
     problems::many_lights::{
         SPEC,
         input::{self, Input},
     },
     stress::{
         Axis,
-        judge::{self, Home, Judgement, Verdict},
+        judge::{Home, Verdict},
         testing as stress,
     },
     testing,
@@ -21,13 +19,7 @@ use dapple_many_lights::{Light, radiance, sample::Random};
 use glam::DVec3;
 
 fn case(axis: &Axis) -> Case {
-    Case {
-        problem: SPEC.id.into(),
-        scene: SPEC.default_scene.into(),
-        view: String::new(),
-        seed: 0,
-        parameters: axis.case_parameters(&SPEC, &Knobs::new()).unwrap(),
-    }
+    stress::case(&SPEC, axis)
 }
 
 fn setting(technique: &str) -> Setting {
@@ -40,25 +32,6 @@ fn axis(id: &str) -> Axis {
 
 /// More lights, columns or samples show no more here than these do, in seconds less.
 const MOST: u32 = 500;
-
-/// What a technique found at a value, as the engine judges it.
-fn judged(
-    axis: &Axis,
-    prepared: &Result<Box<dyn Prepared + '_>, SuiteError>,
-    setting: &Setting,
-    value: f64,
-    home: &Home,
-) -> Judgement {
-    let refused = (axis.must_refuse)(value);
-    match prepared {
-        Err(error) => Judgement::without(judge::verdict_of(error), error.to_string()),
-        Ok(prepared) => {
-            let pushed = (axis.setting)(setting, value).unwrap();
-            let found = prepared.subject(&pushed).and_then(|mut subject| subject.check());
-            judge::judge(&axis.criterion, home, refused, &found)
-        }
-    }
-}
 
 /// Whether single precision does not tell how far lights are from a surface there: 20 m from the
 /// middle of the scene it holds places to 2e-6 m.
@@ -82,7 +55,7 @@ fn every_axis_runs_at_its_ends_and_refuses_what_it_must() {
             assert!(!meant.is_empty(), "{} at {value} means nothing", axis.id);
             for setting in meant {
                 let place = format!("{} at {value}, {setting}", axis.id);
-                let judged = judged(&axis, &prepared, &setting, value, &Home::Here);
+                let judged = stress::judged(&axis, &prepared, &setting, value, &Home::Here);
                 // The clamp grows with the scene: below what single precision holds. And generated
                 // cities have no street lamps.
                 let too_small = axis.id == "scale" && value < 1e-5;
@@ -147,7 +120,7 @@ fn a_refusal_names_the_element_and_the_limit() {
         let axis = axis(id);
         let value = axis.values.parse(id, word).unwrap();
         let prepared = (axis.prepare)(&case(&axis), value, None);
-        let judged = judged(&axis, &prepared, &setting(technique), value, &Home::Here);
+        let judged = stress::judged(&axis, &prepared, &setting(technique), value, &Home::Here);
         assert_eq!(judged.verdict, Verdict::Refused, "{id} {word}: {}", judged.reason);
         for part in parts {
             assert!(judged.reason.contains(part), "{id} {word}: {}", judged.reason);
@@ -160,7 +133,7 @@ fn verdict(id: &str, technique: &str, value: f64) -> (Verdict, String) {
     let axis = axis(id);
     let (case, setting) = (case(&axis), setting(technique));
     let at = |value, home: &Home| {
-        judged(&axis, &(axis.prepare)(&case, value, None), &setting, value, home)
+        stress::judged(&axis, &(axis.prepare)(&case, value, None), &setting, value, home)
     };
     let home = at(axis.home, &Home::Here);
     assert_eq!(home.verdict, Verdict::Safe, "{id}, {technique}: {}", home.reason);
