@@ -115,17 +115,36 @@ impl World {
     /// light.
     pub fn sees(&self, point: &Point, light: &Light) -> bool {
         let Some(tracer) = &self.occluders else { return true };
-        let rounded_m = ROUNDED * f64::from(point.position.abs().max_element());
-        let lift = 4.0 * tracer.epsilon_m() + rounded_m;
-        let from = self.origin + point.position.as_dvec3() + point.normal.as_dvec3() * lift;
+        let position = point.position.as_dvec3();
+        let lift = lift_m(tracer, position);
+        let from = self.origin + position + point.normal.as_dvec3() * lift;
+        self.is_clear(tracer, from, light, [0.0, lift])
+    }
+
+    /// As [`Self::sees`] from any place of local space, on a surface or off it: the ray is that of the
+    /// place itself, and only what lies within rounding of its start does not count.
+    pub fn sees_from(&self, position: DVec3, light: &Light) -> bool {
+        let Some(tracer) = &self.occluders else { return true };
+        let lift = lift_m(tracer, position);
+        self.is_clear(tracer, self.origin + position, light, [lift; 2])
+    }
+
+    /// Whether a ray from a place in world space meets nothing, but what is so near to its start and
+    /// to the light, metres.
+    fn is_clear(&self, tracer: &Tracer, from: DVec3, light: &Light, near: [f64; 2]) -> bool {
         if light.emission == Emission::Directional {
-            return !tracer.any(&Ray::new(from, -light.axis));
+            return !tracer.any(&Ray { t_min: near[0], ..Ray::new(from, -light.axis) });
         }
         let to_light = self.origin + light.position - from;
         let distance = to_light.length();
-        let reach = distance - lift;
-        reach <= 0.0 || !tracer.any(&Ray { t_max: reach, ..Ray::new(from, to_light / distance) })
+        let (t_min, t_max) = (near[0], distance - near[1]);
+        t_max <= t_min || !tracer.any(&Ray { t_min, t_max, ..Ray::new(from, to_light / distance) })
     }
+}
+
+/// How far rays from a place keep off what they start on, metres.
+fn lift_m(tracer: &Tracer, position: DVec3) -> f64 {
+    4.0 * tracer.epsilon_m() + ROUNDED * position.abs().max_element()
 }
 
 impl Frame {
