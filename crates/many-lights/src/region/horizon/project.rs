@@ -12,9 +12,10 @@ pub struct Projection {
 }
 
 /// Projections are larger than they would have to be by this share of the greatest coordinate along
-/// the same axis of the cell and the occludee. Their own rounding is a thousandth of it; the rest are
-/// boxes that were turned, at some 1e-15 of their coordinates a time, and were moved away from the
-/// cell by occluders that are near. What only touches the end of an umbra is thus visible.
+/// the same axis of the cell and the occludee, and of their distance. Their own rounding is a
+/// thousandth of it; the rest is for boxes that were turned, which moves sides by some 1e-16 of their
+/// coordinates, the more the nearer occluders are to the cell. So what only touches the border of an
+/// umbra is visible, at the origin too.
 pub const SLACK: f64 = 1e-12;
 
 /// Lies in no umbra.
@@ -31,8 +32,9 @@ pub fn project(cell: &Cuboid, occludee: &Cuboid, plane: f64) -> Projection {
     let share = |cell: f64, at: f64| if at == plane { 0.0 } else { (at - plane) / (at - cell) };
     let least = share(cell.w[0], occludee.w[0]);
     let most = share(cell.w[1], occludee.w[1]);
+    let depth = occludee.w[1] - cell.w[0];
     let side = |[c0, c1]: [f64; 2], [o0, o1]: [f64; 2]| {
-        let slack = SLACK * c0.abs().max(c1.abs()).max(o0.abs()).max(o1.abs());
+        let slack = SLACK * (depth + c0.abs().max(c1.abs()).max(o0.abs()).max(o1.abs()));
         let low = o0 + (c0 - o0) * if o0 < c0 { least } else { most };
         let high = o1 + (c1 - o1) * if o1 > c1 { least } else { most };
         [low - slack, high + slack]
