@@ -90,7 +90,9 @@ impl Umbra {
 
     /// The highest point of the edge: above it nothing is hidden.
     pub fn highest(&self) -> f64 {
-        self.peak.map_or(self.top[0].max(self.top[1]), |peak| peak.h)
+        // Where it falls to one side only, an end may be higher than the peak.
+        let ends = self.top[0].max(self.top[1]);
+        self.peak.map_or(ends, |peak| peak.h.max(ends))
     }
 
     /// The edge from left to right, as points (u, h): two to four.
