@@ -103,3 +103,46 @@ fn neighbours<T>(all: &[T], near: impl Fn(&T, &T) -> bool) -> Vec<BTreeSet<usize
     }
     lists
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn placed(x: [f64; 2], z: [f64; 2], top: f64) -> Placed {
+        let min = DVec3::new(x[0], f64::NEG_INFINITY, z[0]);
+        Placed { solid: Solid { min, max: DVec3::new(x[1], top, z[1]) }, building: 0 }
+    }
+
+    #[test]
+    fn contiguous_buildings_come_first_then_near_ones_within_the_limits() {
+        let row = |z: f64, tops: [f64; 3]| {
+            let of = move |(i, top): (usize, f64)| {
+                let x = 10.0 * i as f64;
+                placed([x, x + 10.0], [z, z + 10.0], top)
+            };
+            tops.into_iter().enumerate().map(of)
+        };
+        // Two rows over an alley, one of mixed heights; a third over a street that is too wide.
+        let boxes: Vec<Placed> = row(0.0, [6.0, 9.0, 6.0])
+            .chain(row(15.0, [3.0, 30.0, 9.0]))
+            .chain(row(15.0 + 10.0 + APART_M + 1.0, [6.0, 6.0, 6.0]))
+            .collect();
+        let made = clusters(&boxes, |_, _| true);
+        let mut plans: Vec<[f64; 5]> =
+            made.iter().map(|s| [s.min.x, s.max.x, s.min.z, s.max.z, s.max.y]).collect();
+        plans.sort_by(|a, b| {
+            a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap()
+        });
+        // The tall one stays alone; everything else of the first block is one box, over the alley.
+        let expected = [
+            [0.0, 30.0, 0.0, 25.0, 9.0],
+            [0.0, 30.0, 42.0, 52.0, 6.0],
+            [10.0, 20.0, 15.0, 25.0, 30.0],
+        ];
+        assert_eq!(plans, expected);
+        // Without walls in common they are joined all the same, since they are near.
+        assert_eq!(clusters(&boxes, |_, _| false).len(), 3);
+        assert!(clusters(&[], |_, _| true).is_empty());
+    }
+}

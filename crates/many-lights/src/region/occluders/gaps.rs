@@ -130,3 +130,95 @@ fn meets([p, q]: [DVec2; 2], min: DVec2, max: DVec2) -> bool {
         || centre.dot(across).abs() > half.dot(across.abs());
     !apart
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dapple_scene::city::{Building, City, Footprint};
+    use proptest::prelude::*;
+
+    fn solid(x: [f64; 2], z: [f64; 2], top: f64) -> Solid {
+        Solid { min: DVec3::new(x[0], f64::NEG_INFINITY, z[0]), max: DVec3::new(x[1], top, z[1]) }
+    }
+
+    /// Buildings over these rings.
+    fn walls(rings: &[&[(f64, f64)]]) -> Walls {
+        let building = |ring: &&[(f64, f64)]| {
+            let outer: Vec<DVec2> = ring.iter().map(|&(x, z)| DVec2::new(x, z)).collect();
+            let footprint = Footprint::new(&outer, &[], 0.0).unwrap();
+            let outer = dapple_scene::Aabb::EMPTY;
+            let (id, facades, roof, gables) = (String::new(), vec![], vec![], vec![]);
+            let (base_m, eaves_m, storeys, inner) = (0.0, 3.0, 1, vec![]);
+            Building {
+                id,
+                footprint,
+                base_m,
+                eaves_m,
+                storeys,
+                facades,
+                roof,
+                gables,
+                outer,
+                inner,
+            }
+        };
+        let buildings = rings.iter().map(building).collect();
+        Walls::of(&City { buildings, ..City::default() }, DVec3::ZERO)
+    }
+
+    #[test]
+    fn a_gap_is_solid_where_a_shared_wall_lies_in_it_and_nothing_else() {
+        // The second reaches along half of the first's right side only.
+        let first = [(0.0, 0.0), (10.0, 0.0), (10.0, 5.0), (9.8, 10.0), (0.0, 10.0)];
+        let second = [(10.0, 0.0), (20.0, 0.0), (20.0, 5.0), (10.0, 5.0)];
+        let walls = walls(&[&first, &second]);
+        let plan = Plan { walls: &walls, turn: &|p| p };
+        let a = Placed { solid: solid([0.5, 9.5], [0.5, 9.5], 3.0), building: 0 };
+        let b = Placed { solid: solid([10.5, 19.5], [0.5, 4.5], 3.0), building: 1 };
+        assert!(plan.is_solid(&a, &b, 0, [0.5, 4.5]));
+        assert!(!plan.is_solid(&a, &b, 0, [0.5, 9.5]), "there is a yard");
+        assert!(!plan.is_solid(&a, &b, 0, [0.5, 5.0]), "the corner of the yard");
+        // Where nothing is known of them, nothing is solid.
+        let strange = Placed { building: super::super::block::NO_BUILDING, ..b };
+        assert!(!plan.is_solid(&a, &strange, 0, [0.5, 4.5]));
+        let far = Placed { solid: solid([9.5 + 1.01 * WIDEST_M, 19.5], [0.5, 4.5], 3.0), ..b };
+        assert!(!plan.is_solid(&a, &far, 0, [0.5, 4.5]));
+        // The first would reach into the yard; the second is extended unless it is the higher one.
+        for (tops, expected) in [([3.0, 3.0], 9.5), ([3.0, 6.0], 10.5), ([6.0, 3.0], 9.5)] {
+            let mut placed = [a, b];
+            placed[0].solid.max.y = tops[0];
+            placed[1].solid.max.y = tops[1];
+            plan.close(&mut placed);
+            assert_eq!((placed[0].solid.max.x, placed[1].solid.min.x), (9.5, expected), "{tops:?}");
+        }
+    }
+
+    #[test]
+    fn a_wall_that_differs_by_the_least_bit_is_a_crack() {
+        let first = [(0.0, 0.0), (10.0, 0.0), (10.0, 5.0), (0.0, 5.0)];
+        let second = |x: f64| [(x, 0.0), (20.0, 0.0), (20.0, 5.0), (x, 5.0)];
+        let a = Placed { solid: solid([0.5, 9.5], [0.5, 4.5], 3.0), building: 0 };
+        let b = Placed { solid: solid([10.5, 19.5], [0.5, 4.5], 3.0), building: 1 };
+        for (x, expected) in [(10.0, true), (10.0f64.next_up(), false), (10.02, false)] {
+            let walls = walls(&[&first, &second(x)]);
+            let plan = Plan { walls: &walls, turn: &|p| p };
+            assert_eq!(plan.is_solid(&a, &b, 0, [0.5, 4.5]), expected, "{x}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn segments_meet_rectangles_as_their_points_do(
+            ends in prop::array::uniform4(-2.0..2.0f64), half in prop::array::uniform2(0.05..1.0f64),
+        ) {
+            let [p, q] = [DVec2::new(ends[0], ends[1]), DVec2::new(ends[2], ends[3])];
+            let half = DVec2::from(half);
+            let inside = |grown: f64| (0..=2000).any(|i| {
+                p.lerp(q, f64::from(i) / 2000.0).abs().cmple(half + grown).all()
+            });
+            let met = meets([p, q], -half, half);
+            prop_assert!(!inside(0.0) || met);
+            prop_assert!(!met || inside(0.003));
+        }
+    }
+}
