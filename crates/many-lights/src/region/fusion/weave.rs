@@ -223,31 +223,28 @@ impl Weave {
         }
     }
 
-    /// All trees, as one group.
+    /// All trees from left to right, as one group.
     fn emit(&mut self, old: &Forest, out: &mut Forest) {
-        for bin in &self.bins {
-            let mut root = bin.first;
-            while root != NONE {
-                self.open.clear();
-                let mut at = root;
-                loop {
-                    let item = &self.items[at as usize];
-                    if let Some((start, end)) = item.run {
-                        out.nodes.extend_from_slice(&old.nodes[start as usize..end as usize]);
-                    } else {
-                        self.open.push((at, out.nodes.len() as u32));
-                        out.nodes.push(item.node);
-                        if item.first_child != NONE {
-                            at = item.first_child;
-                            continue;
-                        }
-                    }
-                    let Some(next) = next_open(&self.items, &mut self.open, at, out) else { break };
-                    at = next;
+        let mut roots = std::mem::take(&mut self.near);
+        roots.clear();
+        roots.extend(self.bins.iter().flat_map(|bin| self.members(bin)));
+        roots.sort_by(|&a, &b| by_left(self.umbra(a), self.umbra(b)));
+        for &root in &roots {
+            self.open.clear();
+            let mut at = Some(root);
+            while let Some(now) = at {
+                let item = &self.items[now as usize];
+                at = Some(item.first_child).filter(|&child| child != NONE);
+                if let Some((start, end)) = item.run {
+                    out.nodes.extend_from_slice(&old.nodes[start as usize..end as usize]);
+                } else {
+                    self.open.push((now, out.nodes.len() as u32));
+                    out.nodes.push(item.node);
                 }
-                root = self.items[root as usize].next;
+                at = at.or_else(|| next_open(&self.items, &mut self.open, now, out));
             }
         }
+        self.near = roots;
         out.close_group();
     }
 }
