@@ -5,8 +5,6 @@ use dapple_many_lights::region::horizon::Umbra;
 
 /// Relative to the size of coordinates: shadows are moved with their own roundings.
 const ROUNDING: f64 = 1e-13;
-/// The same where an edge is not level: steep ones round more.
-const ROUNDING_OF_EDGES: f64 = 1e-9;
 
 fn size(umbra: &Umbra) -> f64 {
     let foot = if umbra.foot.is_finite() { umbra.foot } else { 0.0 };
@@ -14,18 +12,19 @@ fn size(umbra: &Umbra) -> f64 {
     numbers.into_iter().fold(1.0, |size, number| number.abs().max(size))
 }
 
-/// A child that reaches out of its parent, or is lower than it.
-fn broken_parent(shadow: &Shadow) -> Option<String> {
+/// A child that reaches out of its parent, or is lower than it. Edges that are not level may sink
+/// below their parents as they are moved: they lose height.
+fn broken_parent(shadow: &Shadow, roots: Roots) -> Option<String> {
     let parent = &shadow.umbra;
     shadow.children.iter().find_map(|child| {
         let umbra = &child.umbra;
-        let rounding = if umbra.is_flat() { ROUNDING } else { ROUNDING_OF_EDGES };
-        let slack = rounding * size(parent);
+        let slack = ROUNDING * size(parent);
         let beside = parent.u[0] <= umbra.u[0] + slack && umbra.u[1] - slack <= parent.u[1];
-        let above = parent.highest() <= umbra.lowest() + slack;
+        let may_sink = roots != Roots::Joined && !umbra.is_flat();
+        let above = may_sink || parent.highest() <= umbra.lowest() + slack;
         let below = umbra.foot <= parent.foot + slack;
         match beside && above && below {
-            true => broken_parent(child),
+            true => broken_parent(child, roots),
             false => Some(format!("{umbra:?} in {parent:?}")),
         }
     })
@@ -69,7 +68,7 @@ pub fn broken(trees: &[Shadow], roots: Roots) -> Option<String> {
         let is_fault = slack == 0.0 || overlap > slack * size(&joined);
         is_fault.then(|| format!("not joined: {:?} {:?}", a.umbra, b.umbra))
     });
-    trees.iter().find_map(broken_parent).or_else(|| overlaps.next())
+    trees.iter().find_map(|tree| broken_parent(tree, roots)).or_else(|| overlaps.next())
 }
 
 #[test]
