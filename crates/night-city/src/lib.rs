@@ -4,6 +4,21 @@
 //! of `dapple-many-lights` (a precut of the light tree for each cell) and its cuts (what each pixel
 //! gets from its precut).
 
+pub mod cells;
+pub mod coherence;
+pub mod decompose;
+mod drawer;
 mod error;
+mod front;
+mod pipeline;
+mod settings;
+mod surfaces;
+mod town;
 
+pub use drawer::{Device, Drawer};
 pub use error::NightError;
+pub use front::{Front, Prepared};
+pub use pipeline::{Counts, FrameTimes, Pipeline};
+pub use settings::{Night, Part, TAU_IMAGE_PX};
+pub use surfaces::Surfaces;
+pub use town::{Given, Town, frame};
