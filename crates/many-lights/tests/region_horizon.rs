@@ -192,6 +192,33 @@ fn faulty_umbrae_are_found_out() {
     assert!(STREET.seen_within(&level).is_some());
 }
 
+/// H4.2: the farther the occluder, the less of its shadow is lost to a single edge; and to a level one.
+#[test]
+fn single_edges_lose_less_of_what_is_far() {
+    let lost = |edge: Edge, distance: f64| {
+        let w = [distance, distance + 10.0];
+        let occluder = Cuboid { w, u: [-4.0, 14.0], h: [f64::NEG_INFINITY, 9.0] };
+        let narrow = Cuboid { u: [2.0, 30.0], ..occluder };
+        [occluder, narrow].map(|occluder| {
+            let scene = Scene { occluder, plane: w[1] + 5.0, ..STREET };
+            let area = |edge: Edge| {
+                let vertices = scene.umbra(edge).unwrap().vertices();
+                let strip = |[a, b]: &[[f64; 2]; 2]| 0.5 * (a[1] + b[1]) * (b[0] - a[0]);
+                vertices.array_windows().map(strip).sum::<f64>()
+            };
+            1.0 - area(edge) / area(Edge::Hull)
+        })
+    };
+    for edge in [Edge::Flat, Edge::Sloped] {
+        let all: Vec<[f64; 2]> =
+            [3.0, 6.0, 12.0, 24.0, 48.0, 96.0].map(|distance| lost(edge, distance)).into();
+        for [near, far] in all.array_windows() {
+            assert!(far[1] < near[1] && far[0] <= near[0], "{edge:?} {all:?}");
+        }
+        assert!(all[0][1] > 0.1 && all[5][1] < 0.05, "{edge:?} {all:?}");
+    }
+}
+
 /// Where heights lie on both sides of the occluder's top, the union over all points would have the
 /// sides of both classes: the top of the cell decides, and leaves three.
 #[test]

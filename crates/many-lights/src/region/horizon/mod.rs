@@ -6,7 +6,10 @@
 //! projections", 2000.
 //! Deviations: the thesis gives no formulas; these are exact for boxes: a point lies in the umbra of a
 //! convex occluder exactly if it is hidden from all corners of the cell. Occluders have a foot, minus
-//! infinity where they are the thesis's, which reach down for ever.
+//! infinity where they are the thesis's, which reach down for ever. The edge is level or whole, besides
+//! the thesis's single one. Of an occluder lower than the cell's top only the far face counts, save for
+//! the whole edge: what the near face adds at the ends it takes from the height, so that joined shadows
+//! hide less.
 //!
 //! Boxes are closed sets, and so are umbrae: what touches hides together. What rounding could give to
 //! an umbra is taken from it in [`umbra`] and [`reproject`], save where an occluder's side lies on the
