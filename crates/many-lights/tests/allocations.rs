@@ -5,7 +5,9 @@
 
 use dapple_many_lights::{
     Absolute, BoundForm, Capped, Clustered, Emission, Form, LightBvh, LightTree, Lightcuts, Per,
-    Relative, Reservoirs, Selection, Shaded, StochasticLightcuts, Technique, World, make,
+    Relative, Reservoirs, Selection, Shaded, StochasticLightcuts, Technique, World,
+    cut::{Given, Method, Starts, children, starting},
+    make,
     worlds::{Cloud, WINDOW, cloud},
 };
 use std::alloc::{GlobalAlloc, System};
@@ -81,6 +83,8 @@ fn a_frame_takes_nothing_once_it_has_been_lit() {
         for world in [Arc::new(open), Arc::new(shadowed)] {
             let tree = Arc::new(LightTree::median(&world.lights).unwrap());
             techniques().iter().for_each(|technique| check(technique, &world, &tree));
+            let cuts = techniques().into_iter().filter(|t| Method::of(t).is_some());
+            cuts.for_each(|technique| check_starts(&technique, &world, &tree));
         }
     });
 }
@@ -109,4 +113,31 @@ fn check(technique: &Technique, world: &Arc<World>, tree: &Arc<LightTree>) {
     // The pool's threads may grow their queues of work late: the least of some.
     let taken = (0..3).map(|_| along()).min().unwrap();
     assert_eq!(taken, 0, "{technique:?} takes {taken} bytes in {} frames", 2 * world.frames.len());
+}
+
+/// The same of cuts whose starts are made anew before every frame, from two of them on.
+fn check_starts(technique: &Technique, world: &Arc<World>, tree: &Arc<LightTree>) {
+    let given = Given::new(technique, world, tree).unwrap();
+    let mut lighting = starting(Form::Cpu, &given, None).unwrap();
+    let size = |node: u32| tree.nodes[node as usize].size;
+    let below: Vec<u32> = tree.roots.iter().flat_map(|&root| children(root, size)).collect();
+    let never = vec![f32::NEG_INFINITY; below.len()];
+    let mut starts = Starts::roots(&tree.roots);
+    let mut frames = || {
+        let before = TAKEN.load(Relaxed);
+        for objects in [5, 3] {
+            starts.restart(&tree.roots, objects);
+            let list = starts.add_below(&below, &never).unwrap();
+            (0..objects as u32).for_each(|object| starts.set(object, list).unwrap());
+            lighting.start(&starts).unwrap();
+            lighting.shade(0, true).unwrap();
+        }
+        TAKEN.load(Relaxed) - before
+    };
+    assert!(frames() > 0, "the counter counts");
+    for _ in 0..2 {
+        frames();
+    }
+    let taken = (0..3).map(|_| frames()).min().unwrap();
+    assert_eq!(taken, 0, "{technique:?} takes {taken} bytes with other starts");
 }

@@ -67,6 +67,15 @@ impl Open {
         })
     }
 
+    /// Makes room for `most` clusters, where there is less.
+    pub fn reserve(&mut self, most: usize) {
+        self.clear();
+        match &mut self.0 {
+            Container::Heap(heap) => heap.reserve_exact(most),
+            Container::Scan(list) => list.reserve_exact(most),
+        }
+    }
+
     /// Bytes.
     pub fn bytes(&self) -> u64 {
         let most = match &self.0 {

@@ -95,7 +95,7 @@ impl Mirror {
     /// one that does.
     pub fn may_reflect(&self, node: &Node) -> bool {
         self.parts.iter().any(|part| {
-            let to_light = part.to_light(node);
+            let to_light = part.towards(node);
             self.normals.comes_within(&to_light, FRAC_PI_2)
                 && part.mirrored.comes_within(&to_light, self.lobe_rad)
         })
@@ -121,7 +121,7 @@ impl Mirror {
 
 impl Part {
     /// Directions to the lights of a cluster.
-    fn to_light(&self, node: &Node) -> Cone {
+    fn towards(&self, node: &Node) -> Cone {
         if node.kind == Emission::Directional.code() {
             let axis = -node.axis.normalize_or(DVec3::Z);
             return Cone { axis, half_angle_rad: node.cone_rad };

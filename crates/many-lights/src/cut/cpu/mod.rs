@@ -49,6 +49,14 @@ impl Cpu {
         Self { tree: given.tree.pack(), shaded, pool, given }
     }
 
+    /// For cuts of more starts than before: frames take no memory.
+    fn make_room(&self) {
+        if let Method::Worst(settings) = self.given.method {
+            let most = self.given.most_open(&settings);
+            self.pool.all().for_each(|mut scratch| scratch.open.reserve(most));
+        }
+    }
+
     /// Lights the pixels of a tile.
     fn light<const COUNT: bool>(&self, scratch: &mut Scratch) {
         let Scratch { tile, lit, open } = scratch;
@@ -208,12 +216,14 @@ impl Lighting for Cpu {
 impl Starting for Cpu {
     fn start(&mut self, starts: &Starts) -> Result<u64, LightsError> {
         self.given.set_starts(starts)?;
+        self.make_room();
         Ok(0)
     }
 
     fn replace_moving(&mut self, lights: &[Light], tree: &LightTree) -> Result<u64, LightsError> {
         self.given.set_moving(lights, tree)?;
         self.tree.replace_after(self.given.moving.fixed, &tree.pack());
+        self.make_room();
         Ok(0)
     }
 
