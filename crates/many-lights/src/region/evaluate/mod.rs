@@ -26,7 +26,7 @@ use super::{
     Cuboid, Direction, FacadeCluster, Occluders, Precuts, Split, Steps, Turn, Turned, ViewCell,
     fusion::{Horizon, Verdict},
     horizon::{self, Umbra},
-    potential::{is_weak, potential, white},
+    potential::{is_too_weak, white},
 };
 use crate::{Emission, LightTree, bound::Region};
 use clock::{Clock, Part};
@@ -248,7 +248,7 @@ impl Tests<'_> {
             }
             self.steps.potential += 1;
             if !cluster.strong {
-                if is_weak(potential(node, white, self.clamp_m), *threshold) {
+                if is_too_weak(node, white, self.clamp_m, *threshold) {
                     self.steps.potential_culled += 1;
                     continue;
                 }
