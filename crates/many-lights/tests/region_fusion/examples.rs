@@ -31,7 +31,7 @@ fn groups_are_as_low_as_their_lowest() {
     horizon.add(&[a, b]);
     // The lower one adds nothing to the group.
     let group = Shadow { umbra: flat([0.0, 6.0], 5.0), children: vec![leaf(a)] };
-    assert_eq!(horizon.roots(), [group.clone()]);
+    assert_eq!(horizon.roots(), std::slice::from_ref(&group));
     horizon.add(&[c, d]);
     let above = Shadow { umbra: flat([0.0, 9.0], 3.0), children: vec![group] };
     assert_eq!(horizon.roots(), [above, leaf(d)]);

@@ -5,6 +5,7 @@
 
 mod examples;
 mod rows;
+mod skyline;
 mod sound;
 mod streams;
 mod structure;

@@ -195,7 +195,7 @@ fn nothing_more_is_taken_from_memory_once_warm() {
         // The two lists that take turns have both grown after the second.
         let second = run();
         assert!(first > 0 && second < 500_000, "{first} {second}");
-        assert_eq!(run(), second);
-        assert_eq!(run(), second);
+        assert_eq!(run(), second, "{fusion:?}");
+        assert_eq!(run(), second, "{fusion:?}");
     }
 }

@@ -15,7 +15,7 @@ impl Forest {
         let mut verdict = Verdict::Free;
         let first = self.groups.partition_point(|group| group.u[1] < p.u[0]);
         for group in &self.groups[first..] {
-            if !(group.u[0] <= p.u[1]) {
+            if group.u[0] > p.u[1] {
                 break;
             }
             // What reaches beyond one group lies in no shadow of any.
