@@ -24,7 +24,7 @@ mod reproject;
 mod shadow;
 
 pub use hull::{hull, union_of_edges};
-pub use project::{Projection, SLACK, project};
+pub use project::{Projection, SLACK, Supports, project};
 pub use reproject::reproject;
 pub use shadow::umbra;
 

@@ -22,24 +22,69 @@ pub const SLACK: f64 = 1e-12;
 const EVERYWHERE: Projection =
     Projection { u: [f64::NEG_INFINITY, f64::INFINITY], h: [f64::NEG_INFINITY, f64::INFINITY] };
 
+/// What the projections of an occludee on all planes have in common: the planes between it and the
+/// cell that touch both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Supports {
+    /// Where the cell ends, and where the occludee begins.
+    between: [f64; 2],
+    /// From the cell's rear and its front to the occludee's near face.
+    depths: [f64; 2],
+    u: Side,
+    h: Side,
+}
+
+/// Along one axis: ends of the occludee, the way from each to the cell's, whether it is the cell's rear
+/// that the touching plane meets, and what is added.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Side {
+    from: [f64; 2],
+    way: [f64; 2],
+    rear: [bool; 2],
+    slack: f64,
+}
+
+impl Supports {
+    /// Of a cell and an occludee.
+    pub fn of(cell: &Cuboid, occludee: &Cuboid) -> Self {
+        let depth = occludee.w[1] - cell.w[0];
+        let side = |[c0, c1]: [f64; 2], [o0, o1]: [f64; 2]| Side {
+            from: [o0, o1],
+            way: [c0 - o0, c1 - o1],
+            rear: [o0 < c0, o1 > c1],
+            slack: SLACK * (depth + c0.abs().max(c1.abs()).max(o0.abs()).max(o1.abs())),
+        };
+        Self {
+            between: [cell.w[1], occludee.w[0]],
+            depths: cell.w.map(|w| occludee.w[0] - w),
+            u: side(cell.u, occludee.u),
+            h: side(cell.h, occludee.h),
+        }
+    }
+
+    /// The projection on the plane w = `plane`, which lies behind the cell and not behind the
+    /// occludee's near face; everywhere, if it does not.
+    pub fn on(&self, plane: f64) -> Projection {
+        let [front, near] = self.between;
+        if !(plane >= front && near >= plane) {
+            return EVERYWHERE;
+        }
+        // How far back from the occludee the plane lies, as a share of the way to the cell: 0 on it.
+        let [least, most] =
+            self.depths.map(|depth| if near == plane { 0.0 } else { (near - plane) / depth });
+        let side = |side: &Side| {
+            let end =
+                |i: usize| side.from[i] + side.way[i] * if side.rear[i] { least } else { most };
+            [end(0) - side.slack, end(1) + side.slack]
+        };
+        Projection { u: side(&self.u), h: side(&self.h) }
+    }
+}
+
 /// The projection of an occludee on the plane w = `plane`, which lies behind the cell and not behind
 /// the occludee's near face; everywhere, if it does not.
 pub fn project(cell: &Cuboid, occludee: &Cuboid, plane: f64) -> Projection {
-    if !(plane >= cell.w[1] && occludee.w[0] >= plane) {
-        return EVERYWHERE;
-    }
-    // How far back from the occludee the plane lies, as a share of the way to the cell: 0 on it.
-    let share = |cell: f64, at: f64| if at == plane { 0.0 } else { (at - plane) / (at - cell) };
-    let least = share(cell.w[0], occludee.w[0]);
-    let most = share(cell.w[1], occludee.w[1]);
-    let depth = occludee.w[1] - cell.w[0];
-    let side = |[c0, c1]: [f64; 2], [o0, o1]: [f64; 2]| {
-        let slack = SLACK * (depth + c0.abs().max(c1.abs()).max(o0.abs()).max(o1.abs()));
-        let low = o0 + (c0 - o0) * if o0 < c0 { least } else { most };
-        let high = o1 + (c1 - o1) * if o1 > c1 { least } else { most };
-        [low - slack, high + slack]
-    };
-    Projection { u: side(cell.u, occludee.u), h: side(cell.h, occludee.h) }
+    Supports::of(cell, occludee).on(plane)
 }
 
 #[cfg(test)]

@@ -12,8 +12,10 @@ pub fn umbra(cell: &Cuboid, occluder: &Cuboid, plane: f64, edge: Edge) -> Option
     let ([c0, c1], [u0, u1], [h0, h1]) = (cell.w, cell.u, cell.h);
     let ([a0, a1], [foot, top]) = (occluder.u, occluder.h);
     let far = occluder.w[1].min(plane);
-    let are_boxes = c0 <= c1 && h0 <= h1 && a0 <= a1 && foot <= top && plane < f64::INFINITY;
-    if !(are_boxes && occluder.w[0] <= far && occluder.w[1] > c1 && far > c1) {
+    let are_boxes = c0 <= c1 && u0 <= u1 && h0 <= h1 && a0 <= a1 && foot <= top;
+    let is_before = plane < f64::INFINITY && occluder.w[0] <= far;
+    let is_behind = occluder.w[1] > c1 && far > c1;
+    if !(are_boxes && is_before && is_behind) {
         return None;
     }
     let mut near = occluder.w[0].max(c1);
