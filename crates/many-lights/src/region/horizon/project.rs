@@ -26,9 +26,11 @@ const EVERYWHERE: Projection =
 /// cell that touch both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Supports {
-    /// Where the cell ends, and where the occludee begins.
-    between: [f64; 2],
-    /// From the cell's rear and its front to the occludee's near face.
+    /// Where the cell ends.
+    front: f64,
+    /// Where the occludee begins and ends.
+    w: [f64; 2],
+    /// From the cell's rear to where the occludee begins, and from its front to where that ends.
     depths: [f64; 2],
     u: Side,
     h: Side,
@@ -55,8 +57,9 @@ impl Supports {
             slack: SLACK * (depth + c0.abs().max(c1.abs()).max(o0.abs()).max(o1.abs())),
         };
         Self {
-            between: [cell.w[1], occludee.w[0]],
-            depths: cell.w.map(|w| occludee.w[0] - w),
+            front: cell.w[1],
+            w: occludee.w,
+            depths: [occludee.w[0] - cell.w[0], occludee.w[1] - cell.w[1]],
             u: side(cell.u, occludee.u),
             h: side(cell.h, occludee.h),
         }
@@ -65,13 +68,14 @@ impl Supports {
     /// The projection on the plane w = `plane`, which lies behind the cell and not behind the
     /// occludee's near face; everywhere, if it does not.
     pub fn on(&self, plane: f64) -> Projection {
-        let [front, near] = self.between;
-        if !(plane >= front && near >= plane) {
+        if !(plane >= self.front && self.w[0] >= plane) {
             return EVERYWHERE;
         }
         // How far back from the occludee the plane lies, as a share of the way to the cell: 0 on it.
-        let [least, most] =
-            self.depths.map(|depth| if near == plane { 0.0 } else { (near - plane) / depth });
+        let [least, most] = [0, 1].map(|i| match self.w[i] == plane {
+            true => 0.0,
+            false => (self.w[i] - plane) / self.depths[i],
+        });
         let side = |side: &Side| {
             let end =
                 |i: usize| side.from[i] + side.way[i] * if side.rear[i] { least } else { most };
