@@ -4,6 +4,7 @@ use crate::{SuiteError, problem::Problem};
 
 pub mod camera_visibility;
 pub mod many_lights;
+pub mod night_city;
 pub mod partition_offsets;
 pub mod region_light_visibility;
 pub mod shadow_filtering;
@@ -17,6 +18,7 @@ pub const ALL: &[&dyn Problem] = &[
     &camera_visibility::CameraVisibility,
     &many_lights::ManyLights,
     &region_light_visibility::RegionLightVisibility,
+    &night_city::NightCity,
 ];
 
 /// The problem of that name.

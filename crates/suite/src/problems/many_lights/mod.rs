@@ -6,11 +6,11 @@
 
 pub mod case;
 mod claims;
-mod errors;
+pub mod errors;
 mod gates;
 pub mod input;
 pub mod picture;
-mod port;
+pub mod port;
 mod replicas;
 pub mod settings;
 mod spec;
@@ -18,7 +18,7 @@ mod stress;
 mod subject;
 #[cfg(test)]
 mod tests;
-mod truth;
+pub mod truth;
 
 pub use case::LightsCase;
 pub use spec::SPEC;

@@ -3,7 +3,9 @@
 use crate::{
     city,
     knob::{Accuracy, Knob},
-    problem::{Constraint, Form, Metric, ONLY, Spec, Technique, Variant, metric, technique_in, variant},
+    problem::{
+        Constraint, Form, Metric, ONLY, Spec, Technique, Variant, metric, technique_in, variant,
+    },
     problems::region_light_visibility::spec::{DIVISIONS, EDGE, LEAST_STEP, OCCLUDERS},
 };
 
@@ -35,7 +37,10 @@ const METRICS: &[Metric] = &[
     metric("e_cull", "greatest radiance lost by what was taken for hidden and is not"),
     metric("e_irr", "greatest radiance lost by what was taken for too weak"),
     metric("e_cut", "greatest radiance by which clusters differ from their lights"),
-    metric("e_leak", "greatest radiance of lights that are hidden from the pixel and added all the same"),
+    metric(
+        "e_leak",
+        "greatest radiance of lights that are hidden from the pixel and added all the same",
+    ),
     metric("leak", "mean radiance of such lights over the mean of the truth"),
     metric("lost_lights", "lights seen by a pixel, and taken for hidden; over pixels"),
 ];
@@ -101,12 +106,6 @@ const RAYS: Knob = Knob::choice(
     &["off", "on"],
     "whether each cluster that a pixel adds up costs a shadow ray: what stops leaks",
 );
-const HEIGHTS: Knob = Knob::choice(
-    "heights",
-    &["off", "on"],
-    "whether a cell's lights know below which height they are hidden",
-);
-
 const FUSION: &[Variant] = &[
     variant("height-ordered", "shadows are joined anew at each plane, the tallest first"),
     variant("insertion", "shadows are joined as they come (thesis)"),
@@ -118,33 +117,39 @@ const FAST: &[Form] = &[Form::Cpu, Form::Gpu];
 const CPU: &[Form] = &[Form::Cpu];
 
 const TECHNIQUES: &[Technique] = &[
-    technique_in(FAST, "full-tree", "Cuts of all lights: nothing hides anything", "conte2018", ONLY, &[CUT]),
-    technique_in(FAST, 
-            "facade-cluster",
-            "Facade-cluster visibility, then cuts",
-            "conte2018",
-            FUSION,
-            &[
-                CUT, THRESHOLD, TAU, MOST_SPLIT, VALIDITY, RAYS, HEIGHTS, EDGE, OCCLUDERS,
-                LEAST_STEP, DIVISIONS,
-            ],
-        ),
-    technique_in(FAST, 
-            "traced-cut",
-            "Cuts of all lights, with a shadow ray for each cluster",
-            "conte2018",
-            ONLY,
-            &[CUT],
-        ),
-    technique_in(CPU, 
-            "reservoirs",
-            "Reservoir resampling with shadow rays (ReSTIR)",
-            "bitterli2020",
-            ONLY,
-            &[
-                Knob::int("candidates", [1, 32, 4096], "lights drawn a pixel and frame").log(),
-                Knob::int("neighbours", [0, 5, 64], "neighbours looked at a pixel")
-                    .useful(0.0, 10.0),
-            ],
-        ),
+    technique_in(
+        FAST,
+        "full-tree",
+        "Cuts of all lights: nothing hides anything",
+        "conte2018",
+        ONLY,
+        &[CUT],
+    ),
+    technique_in(
+        FAST,
+        "facade-cluster",
+        "Facade-cluster visibility, then cuts",
+        "conte2018",
+        FUSION,
+        &[CUT, THRESHOLD, TAU, MOST_SPLIT, VALIDITY, RAYS, EDGE, OCCLUDERS, LEAST_STEP, DIVISIONS],
+    ),
+    technique_in(
+        FAST,
+        "traced-cut",
+        "Cuts of all lights, with a shadow ray for each cluster",
+        "conte2018",
+        ONLY,
+        &[CUT],
+    ),
+    technique_in(
+        CPU,
+        "reservoirs",
+        "Reservoir resampling with shadow rays (ReSTIR)",
+        "bitterli2020",
+        ONLY,
+        &[
+            Knob::int("candidates", [1, 32, 4096], "lights drawn a pixel and frame").log(),
+            Knob::int("neighbours", [0, 5, 64], "neighbours looked at a pixel").useful(0.0, 10.0),
+        ],
+    ),
 ];
