@@ -8,7 +8,7 @@
 
 use crate::{Device, Drawer, Front, Night, NightError, Prepared, Town};
 use dapple_many_lights::{
-    Form, Lighting, Shaded, Technique, Times,
+    Form, Light, LightTree, Lighting, Shaded, Technique, Times,
     cut::{self, Given, Starting, Starts},
 };
 use std::{ops::Range, sync::Arc, time::Instant};
@@ -173,6 +173,19 @@ impl<'g> Pipeline<'g> {
             begun = Instant::now();
         }
         Ok(())
+    }
+
+    /// Other lights move from the next frame on, in the place of those that did; `tree` is over them
+    /// alone. Whatever is seen is lit by all of them: they are in no precut. Bytes sent to a device.
+    ///
+    /// # Errors
+    /// A tree of other lights, a light that is refused, or the device's.
+    pub fn replace_moving(
+        &mut self,
+        lights: &[Light],
+        tree: &LightTree,
+    ) -> Result<u64, NightError> {
+        Ok(self.shading.replace_moving(lights, tree)?)
     }
 
     /// Lights a frame with every object at the roots, as if nothing hid anything, and counts.
