@@ -257,3 +257,26 @@ fn joining_hides_more_and_nothing_that_is_seen() {
         assert!(none > 500 && rays > 100_000, "{ground:?}: {sums:?}, {rays} rays");
     }
 }
+
+/// H4.3: the wider the cell is against the lots, of 10 m, the more of what is found is found by
+/// joining.
+#[test]
+fn joining_matters_more_for_wider_cells() {
+    let gains = [2.0, 8.0, 16.0, 30.0].map(|width| {
+        let mut sums = [0.0; 3];
+        for seed in 300..340 {
+            let rows = rows(seed, width, Ground::Endless);
+            let clusters = clusters(&rows, &mut Pcg64Mcg::seed_from_u64(seed));
+            for (sum, fusion) in sums.iter_mut().zip(FUSIONS) {
+                let hidden = hidden(&rows, fusion, Edge::Flat, &clusters);
+                *sum += hidden.iter().filter(|hidden| **hidden).count() as f64;
+            }
+        }
+        assert!(sums[0] > 300.0, "{width} m: {sums:?}");
+        [sums[1] / sums[0], sums[2] / sums[0]]
+    });
+    for fusion in [0, 1] {
+        let gains = gains.map(|gain| gain[fusion]);
+        assert!(gains.is_sorted() && gains[3] > 1.1 * gains[0], "{gains:?}");
+    }
+}
