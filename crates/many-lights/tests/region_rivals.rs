@@ -5,8 +5,10 @@ mod region_rivals_support;
 use dapple_many_lights::region::extended_projection::{ExtendedProjection, MOST_TEXELS};
 use dapple_many_lights::region::sampled::Rays;
 use dapple_many_lights::region::truth::{Agreement, Obstacles, Sight, false_culls, kept, seen};
-use dapple_many_lights::region::{Direction, Occluders, Precuts, Sampled};
-use dapple_many_lights::{Emission, LightTree};
+use dapple_many_lights::region::{
+    Direction, FacadeCluster, Occluders, Precuts, RegionTechnique, Sampled, make,
+};
+use dapple_many_lights::{Emission, Light, LightTree, worlds};
 use glam::DVec3;
 use region_rivals_support::{Street, cell, lamp, rows, solids, street, upright, with_triangles};
 use std::sync::Arc;
@@ -98,6 +100,31 @@ fn finer_texels_lose_less_and_come_close_to_what_is_hidden() {
     eprintln!("tightness at 16, 64, 256, 1024 texels: {tightness:.3?}");
     assert!(tightness.is_sorted(), "{tightness:?}");
     assert!(tightness[0] < tightness[3] - 0.1, "{tightness:?}");
+}
+
+/// What is lost to resolution (H4.7): lights that shadows without texels hide, and the map does not.
+#[test]
+fn what_the_analytic_form_culls_and_the_raster_keeps_falls_with_the_size_of_texels() {
+    let settings = FacadeCluster { threshold: 0.0, ..FacadeCluster::default() };
+    let lost = [16, 64, 256, 1024].map(|texels| {
+        let (mut lost, mut culled) = (0, 0);
+        for seed in 1..=4 {
+            let street = rows(seed, 0.0);
+            let technique = RegionTechnique::FacadeCluster(settings);
+            let world = Arc::new(street.world.clone());
+            let made = make(&technique, false, &world, &street.tree, &street.occluders);
+            let mut nodes = vec![];
+            made.unwrap().precut(&street.cell, street.direction, &mut nodes);
+            let analytic = kept(&street.tree, &nodes);
+            let on_raster = kept(&street.tree, &precut(&mut raster(&street, texels), &street));
+            culled += analytic.iter().filter(|kept| !**kept).count();
+            lost += analytic.iter().zip(&on_raster).filter(|(a, r)| !**a && **r).count();
+        }
+        assert!(culled > 200);
+        lost as f64 / culled as f64
+    });
+    eprintln!("culled without texels, kept with 16, 64, 256, 1024: {lost:.4?}");
+    assert!(lost.is_sorted_by(|a, b| a > b) && lost[3] < 0.02, "{lost:?}");
 }
 
 #[test]
@@ -201,6 +228,7 @@ fn more_rays_overlook_fewer_lights_and_never_invent_any() {
             all += agreement(&street, &nodes);
             let lights = street.world.lights.len() as u64;
             let traced = technique.steps().rays;
+            assert!(technique.steps().is_consistent());
             assert!(traced >= lights && traced <= lights * u64::from(count));
             // The same again, and other points of another seed.
             assert_eq!(precut(&mut technique, &street), nodes);
@@ -210,6 +238,20 @@ fn more_rays_overlook_fewer_lights_and_never_invent_any() {
     }
     eprintln!("falsely hidden with 1, 8, 64 rays: {shares:.3?}");
     assert!(shares[0] > shares[1] && shares[1] > shares[2] && shares[2] > 0.0, "{shares:?}");
+}
+
+#[test]
+fn no_ray_is_spent_on_a_light_that_shines_away() {
+    let face = cell(DVec3::ZERO, DVec3::new(0.0, 3.0, 3.0), Direction::PlusX);
+    let window =
+        |axis: DVec3| Light { axis, emission: worlds::WINDOW, ..lamp(DVec3::new(30.0, 1.0, 1.0)) };
+    let lights = vec![window(DVec3::NEG_X), window(DVec3::X)];
+    let street = street(lights, vec![], face, Direction::PlusX);
+    let mut technique = rays(&street, Sampled { rays: 5, seed: 1 });
+    let nodes = precut(&mut technique, &street);
+    assert_eq!(kept(&street.tree, &nodes), [true, false]);
+    let steps = technique.steps();
+    assert_eq!((steps.rays, steps.potential, steps.potential_culled, steps.last), (1, 2, 1, 1));
 }
 
 #[test]

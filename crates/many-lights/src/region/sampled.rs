@@ -4,10 +4,13 @@
 //! Based on: P. Wonka et al., "Guided visibility sampling", 2006, section 1 (visibility by samples is
 //! aggressive: it errs to the hidden side, and less so with more rays).
 //! Deviations: rays are not guided; they go to lights, which are points, rather than to whatever they
-//! meet first; points are spread evenly by additive recurrences.
+//! meet first, and none to lights that give the cell nothing anyway; points are spread evenly by
+//! additive recurrences.
 
+use super::potential::{is_weak, potential, white};
 use super::{Cuboid, Direction, Precuts, Sampled, Steps, ViewCell};
-use crate::{LightTree, World, cut::children, sample::Random};
+use crate::sample::{Random, hash};
+use crate::{Emission, LightTree, Node, World, bound::Region, cut::children};
 use std::sync::Arc;
 
 /// The rival, made ready for one light tree.
@@ -32,6 +35,14 @@ impl Rays {
         Self { tree, world, settings, whole, steps: Steps::default() }
     }
 
+    /// Whether a light gives no point of a region anything: no ray is spent on it.
+    fn is_dark(&mut self, node: &Node, white: &Region) -> bool {
+        let is_dark = is_weak(potential(node, white, self.world.clamp_m), 0.0);
+        self.steps.potential += 1;
+        self.steps.potential_culled += u64::from(is_dark);
+        is_dark
+    }
+
     /// Whether any of the rays to a light arrives; stops at the first that does.
     fn is_seen(
         &mut self,
@@ -40,6 +51,7 @@ impl Rays {
         face: &Cuboid,
         light: u32,
     ) -> bool {
+        self.steps.last += 1;
         let Some(of) = self.world.lights.get(light as usize) else { return false };
         let key = place_key(face) ^ direction.index() as u32;
         let mut draws = Random::new(self.settings.seed, key, light);
@@ -56,6 +68,7 @@ impl Rays {
                 return true;
             }
         }
+        self.steps.last_culled += 1;
         false
     }
 }
@@ -64,25 +77,27 @@ impl Rays {
 fn place_key(face: &Cuboid) -> u32 {
     [face.u, face.w, face.h].as_flattened().iter().fold(0, |key, side| {
         let bits = side.to_bits();
-        crate::sample::hash(key ^ bits as u32 ^ crate::sample::hash((bits >> 32) as u32))
+        hash(key ^ bits as u32 ^ hash((bits >> 32) as u32))
     })
 }
 
 impl Precuts for Rays {
     fn precut(&mut self, cell: &ViewCell, direction: Direction, nodes: &mut Vec<u32>) {
         nodes.clear();
-        let Some(face) = cell.face(direction).map(|f| f.cuboid(direction)) else { return };
+        let Some(face) = cell.face(direction) else { return };
+        let (face, region) = (face.cuboid(direction), white(&face.region));
         self.steps.evaluations += 1;
         let tree = Arc::clone(&self.tree);
         let size = |node: u32| tree.nodes[node as usize].size;
         // Children lie behind their parents.
         for index in (0..tree.nodes.len() as u32).rev() {
             let node = &tree.nodes[index as usize];
-            self.whole[index as usize] = if node.kind == crate::Emission::Directional.code() {
+            self.whole[index as usize] = if node.kind == Emission::Directional.code() {
                 true
             } else if node.is_leaf() {
                 let (min, max) = cell.turn.around(node.min, node.max);
                 direction.cuboid(min, max).w[1] > face.w[0]
+                    && !self.is_dark(node, &region)
                     && self.is_seen(cell, direction, &face, node.light)
             } else {
                 children(index, size).all(|child| self.whole[child as usize])

@@ -23,7 +23,7 @@ pub(super) struct Map {
 /// What a map says of an occludee.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// All its texels are hidden by what is nearer.
+    /// All its texels are hidden by what is nearer: what touches its near side does not hide it.
     Hidden,
     /// Some are.
     Partial,
@@ -173,7 +173,7 @@ impl Map {
         if let (Some(columns), Some(rows)) = (self.columns.around(p.u), self.rows.around(p.h)) {
             let open = self.open_in(&columns, &rows);
             if open == 0 {
-                let nearer = nearest >= self.plane || self.farthest(columns, rows) <= nearest;
+                let nearer = nearest > self.plane || self.farthest(columns, rows) < nearest;
                 return if nearer { Verdict::Hidden } else { Verdict::Partial };
             }
         }

@@ -4,8 +4,9 @@ use super::obstacles::arrives;
 use super::points::Points;
 use super::{Obstacles, kept};
 use crate::light::angle;
+use crate::region::potential::{is_weak, potential, white};
 use crate::region::{Cuboid, Direction, Face, Solid, ViewCell};
-use crate::{Emission, Light, LightTree, Point, World, radiance, sample::Random};
+use crate::{Emission, Light, LightTree, PackedNode, Point, World, radiance, sample::Random};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -72,6 +73,16 @@ impl<'a> Sight<'a> {
     pub fn is_in_front(&self, light: u32) -> bool {
         let Some(of) = self.world.lights.get(light as usize) else { return false };
         of.emission != Emission::Directional && self.placed(of)[1] > self.cuboid.w[0]
+    }
+
+    /// Whether a light lies in front of the face and any white surface of it may get more than nothing,
+    /// and at least `threshold`, from it if nothing lies between: what is left for occluders to hide.
+    pub fn may_be_lit_by(&self, light: u32, threshold: f64) -> bool {
+        self.is_in_front(light) && {
+            let leaf = PackedNode::of(&self.world.lights[light as usize], light).unpack();
+            let most = potential(&leaf, &white(&self.face.region), self.world.clamp_m);
+            !is_weak(most, threshold)
+        }
     }
 
     fn placed(&self, light: &Light) -> [f64; 3] {
