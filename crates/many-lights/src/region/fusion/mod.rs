@@ -6,7 +6,9 @@
 //! height collapses leaves its children, where the thesis stops. What lies wholly inside its parent is
 //! not kept: it would never be asked. [`Fusion::HeightOrdered`] is not the thesis's: whatever new
 //! shadows touch is taken apart, and all of it is joined anew from the tallest to the lowest. Parents
-//! take part as the shadows that they are, so none is lost when its children have shrunk apart.
+//! take part as the shadows that they are, so none is lost when its children have shrunk apart. Without
+//! feet, it finds on one plane all that lies below the skyline of the shadows, and no tree has more
+//! nodes than there were shadows; feet that differ may cost two or three a shadow.
 
 mod forest;
 mod horizon;
