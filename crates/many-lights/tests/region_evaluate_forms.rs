@@ -38,6 +38,29 @@ proptest! {
     }
 }
 
+/// Row 30.
+#[test]
+fn kept_projections_cull_the_same_with_fewer_projections() {
+    let (mut first, mut kept) = (Steps::default(), Steps::default());
+    for seed in 0..200 {
+        let case = random(seed, 1.0, Turn::degrees(seed % 2 * 20));
+        let settings = FacadeCluster { threshold: 0.0, ..FacadeCluster::default() };
+        let mut anew = case.evaluator(settings);
+        let mut cached = case.evaluator(FacadeCluster { cached: true, ..settings });
+        for direction in Direction::ALL {
+            let nodes = precut(&mut anew, &case.cell, direction);
+            assert_eq!(nodes, precut(&mut cached, &case.cell, direction));
+        }
+        first += *anew.steps();
+        kept += *cached.steps();
+    }
+    let without = |steps: &Steps| Steps { early_projected: 0, last_projected: 0, ..*steps };
+    assert_eq!(without(&first), without(&kept));
+    let projections = |steps: &Steps| steps.early_projected + steps.last_projected;
+    let (first, kept) = (projections(&first), projections(&kept));
+    assert!(kept * 10 < first * 9, "{kept} of {first}");
+}
+
 /// The first random world of many lights and boxes.
 fn rich() -> Case {
     let is_rich = |case: &Case| {

@@ -77,7 +77,8 @@ pub struct FacadeCluster {
     pub threshold: f64,
     /// How far clusters are divided.
     pub split: Split,
-    /// Whether a cluster's projection on a plane is kept for the next test of it there.
+    /// Whether what a cluster's projections on all planes have in common is kept from its first test to
+    /// the later ones.
     pub cached: bool,
 }
 

@@ -25,12 +25,12 @@ pub use heights::MOST_HEIGHTS;
 use super::{
     Cuboid, Direction, FacadeCluster, Occluders, Precuts, Split, Steps, Turn, Turned, ViewCell,
     fusion::{Horizon, Verdict},
-    horizon::{self, Umbra},
+    horizon::{Supports, Umbra, umbra},
     potential::{is_too_weak, white},
 };
 use crate::{Emission, LightTree, bound::Region};
 use clock::{Clock, Part};
-use cluster::{Cluster, Sight, UNDIVIDED};
+use cluster::{Cluster, Sight, UNDIVIDED, UNPROJECTED};
 use planes::{Order, Sweep};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -72,6 +72,8 @@ struct Queues {
     last: Vec<Cluster>,
     /// For an early test.
     early: Vec<Cluster>,
+    /// What clusters' projections have in common, where that is kept.
+    supports: Vec<Supports>,
 }
 
 /// What becomes of clusters that are left.
@@ -153,6 +155,7 @@ impl Evaluator {
         let front = face.w[1];
         self.horizon.clear();
         self.sweep.start(order, front);
+        self.queues.supports.clear();
         let mut plane = front;
         while !self.queues.waiting.is_empty() {
             self.steps.iterations += 1;
@@ -163,6 +166,7 @@ impl Evaluator {
                 horizon: &self.horizon,
                 clamp_m: self.clamp_m,
                 split: settings.split,
+                cached: settings.cached,
                 steps: &mut self.steps,
                 question,
                 plane,
@@ -190,7 +194,7 @@ impl Evaluator {
                 self.steps.projected += 1;
                 let solid = &facing.turned.solids[solid as usize];
                 let solid = sight.direction.cuboid(solid.min, solid.max);
-                self.shadows.extend(horizon::umbra(face, &solid, next, self.settings.edge));
+                self.shadows.extend(umbra(face, &solid, next, self.settings.edge));
             }
             self.horizon.add(&self.shadows);
             self.clock.book(Part::Projection);
@@ -223,6 +227,7 @@ struct Tests<'a> {
     horizon: &'a Horizon,
     clamp_m: f64,
     split: Split,
+    cached: bool,
     steps: &'a mut Steps,
     question: &'a Question,
     plane: f64,
@@ -232,7 +237,7 @@ struct Tests<'a> {
 impl Tests<'_> {
     /// 6 to 8: each waiting cluster is dropped, divided, culled, or goes to one of the tests.
     fn sort_out(&mut self, queues: &mut Queues, sink: &Sink<'_>) {
-        let Queues { waiting, last, early } = queues;
+        let Queues { waiting, last, early, .. } = queues;
         let Question { sight, face, white, threshold } = self.question;
         while let Some(mut cluster) = waiting.pop() {
             let [near, far] = cluster.cuboid.w;
@@ -260,9 +265,10 @@ impl Tests<'_> {
 
     /// 9 and 10: each cluster is hidden, put out, or divided.
     fn last(&mut self, queues: &mut Queues, sink: &mut Sink<'_>) {
-        while let Some(cluster) = queues.last.pop() {
+        while let Some(mut cluster) = queues.last.pop() {
             self.steps.last += 1;
-            let verdict = self.test(&cluster, |steps| &mut steps.last_projected);
+            let all = &mut queues.supports;
+            let verdict = self.test(&mut cluster, all, |steps| &mut steps.last_projected);
             if verdict == Verdict::Hidden {
                 self.steps.last_culled += 1;
                 continue;
@@ -287,23 +293,40 @@ impl Tests<'_> {
 
     /// 11 and 12: what is not hidden waits for the next plane.
     fn early(&mut self, queues: &mut Queues) {
-        while let Some(cluster) = queues.early.pop() {
+        while let Some(mut cluster) = queues.early.pop() {
             self.steps.early += 1;
-            match self.test(&cluster, |steps| &mut steps.early_projected) {
+            let all = &mut queues.supports;
+            match self.test(&mut cluster, all, |steps| &mut steps.early_projected) {
                 Verdict::Hidden => self.steps.early_culled += 1,
                 Verdict::Partial | Verdict::Free => queues.waiting.push(cluster),
             }
         }
     }
 
-    fn test(&mut self, cluster: &Cluster, count: fn(&mut Steps) -> &mut u64) -> Verdict {
+    /// The cluster against the shadows on the plane; `count` is of projections.
+    fn test(
+        &mut self,
+        cluster: &mut Cluster,
+        all: &mut Vec<Supports>,
+        count: fn(&mut Steps) -> &mut u64,
+    ) -> Verdict {
         // Clusters beside the cell, before the first plane, have no projection.
         if self.horizon.is_empty() {
             return Verdict::Free;
         }
-        *count(self.steps) += 1;
-        let projection = horizon::project(&self.question.face, &cluster.cuboid, self.plane);
-        self.horizon.test(&projection, &mut self.steps.compared)
+        let supports = match all.get(cluster.supports as usize) {
+            Some(kept) => *kept,
+            None => {
+                *count(self.steps) += 1;
+                let supports = Supports::of(&self.question.face, &cluster.cuboid);
+                if self.cached && all.len() < UNPROJECTED as usize {
+                    cluster.supports = all.len() as u32;
+                    all.push(supports);
+                }
+                supports
+            }
+        };
+        self.horizon.test(&supports.on(self.plane), &mut self.steps.compared)
     }
 }
 
@@ -341,8 +364,12 @@ impl Precuts for Evaluator {
         let orders = self.turns.values().flat_map(|facing| facing.orders.iter().flatten());
         let orders: u64 = orders.map(Order::bytes).sum();
         let shadows = self.shadows.capacity() * size_of::<Umbra>();
+        let supports = self.queues.supports.capacity() * size_of::<Supports>();
         let lists = self.open.capacity() * size_of::<u32>() + self.seen.capacity();
-        (queues + shadows + lists) as u64 + orders + self.sweep.bytes() + self.horizon.bytes()
+        (queues + supports + shadows + lists) as u64
+            + orders
+            + self.sweep.bytes()
+            + self.horizon.bytes()
     }
 }
 
