@@ -82,8 +82,7 @@ impl Night {
         self.visibility.check()?;
         self.region.check()?;
         Technique::Absolute(self.cut).check()?;
-        // Written so that what is not a number is refused.
-        if !(self.tau_px >= 0.0) {
+        if self.tau_px < 0.0 || self.tau_px.is_nan() {
             return Err(NightError::value("tau", format!("{} is not at least 0", self.tau_px)));
         }
         if self.keeping.validity == Some(0) {

@@ -1,5 +1,6 @@
 //! Whole frames of a small city: nothing that is kept, divided, shared or overlapped changes what they
 //! show beyond what it is stated to.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod town_support;
 
