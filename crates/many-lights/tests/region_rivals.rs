@@ -1,4 +1,5 @@
 //! What from-region visibility is compared with: rays, and extended projections on a raster.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod region_rivals_support;
 

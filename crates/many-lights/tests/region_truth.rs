@@ -1,4 +1,5 @@
 //! What is called seen is seen, and nothing that is easily seen is overlooked.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod region_rivals_support;
 

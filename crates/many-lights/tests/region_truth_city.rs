@@ -1,4 +1,5 @@
 //! Techniques against the triangles of a generated city: what its occluders hide, its walls hide.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_many_lights::region::truth::{Agreement, Obstacles, Sight, false_culls, kept, seen};
 use dapple_many_lights::region::{

@@ -59,7 +59,7 @@ fn shadow(
         near = near.max(a.min(b));
         far = far.min(a.max(b));
     }
-    if !(near <= far) {
+    if near > far {
         return None;
     }
     // Seen from the light, that part of the occluder on the line.
