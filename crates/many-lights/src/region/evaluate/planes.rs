@@ -89,7 +89,7 @@ impl Sweep {
         let behind = self.active.partition_point(|&place| order.far_w[place as usize] <= from);
         self.active.drain(..behind);
         let kept = self.active.len();
-        while let Some(_) = order.near_w.get(self.next).filter(|&&near| near <= to) {
+        while order.near_w.get(self.next).is_some_and(|&near| near <= to) {
             let place = order.near[self.next];
             if order.far_w[place as usize] > from {
                 self.active.push(place);
