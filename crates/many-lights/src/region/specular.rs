@@ -81,7 +81,7 @@ impl Mirror {
         let parts = boxes.into_iter().filter_map(|(min, max)| {
             let to_eye = between(min, max, eye[0], eye[1]);
             // An eye behind all surfaces sees none of them.
-            normals.comes_within(&Cone::around(to_eye), FRAC_PI_2).then(|| {
+            normals.face(to_eye).then(|| {
                 let mirrored = Cone::around(mirrored(axis, to_eye));
                 // A normal that leans by an angle turns what it mirrors by twice as much.
                 let half_angle_rad = mirrored.half_angle_rad + 2.0 * normals.half_angle_rad;
@@ -95,7 +95,16 @@ impl Mirror {
     /// one that does.
     pub fn may_reflect(&self, node: &Node) -> bool {
         self.parts.iter().any(|part| {
-            let to_light = part.towards(node);
+            let to_light = if node.kind == Emission::Directional.code() {
+                let axis = -node.axis.normalize_or(DVec3::Z);
+                Cone { axis, half_angle_rad: node.cone_rad }
+            } else {
+                let vectors = between(part.min, part.max, node.min, node.max);
+                if !self.normals.face(vectors) {
+                    return false;
+                }
+                Cone::around(vectors)
+            };
             self.normals.comes_within(&to_light, FRAC_PI_2)
                 && part.mirrored.comes_within(&to_light, self.lobe_rad)
         })
@@ -119,17 +128,6 @@ impl Mirror {
     }
 }
 
-impl Part {
-    /// Directions to the lights of a cluster.
-    fn towards(&self, node: &Node) -> Cone {
-        if node.kind == Emission::Directional.code() {
-            let axis = -node.axis.normalize_or(DVec3::Z);
-            return Cone { axis, half_angle_rad: node.cone_rad };
-        }
-        Cone::around(between(self.min, self.max, node.min, node.max))
-    }
-}
-
 impl Cone {
     /// Around the vectors of a box that is given by its middle and half its sides.
     fn around((middle, half): (DVec3, DVec3)) -> Self {
@@ -143,6 +141,17 @@ impl Cone {
         // Narrower cones are convex and hold what lies between the corners; a box around 0 has
         // corners beyond.
         if half_angle_rad < FRAC_PI_2 { Self { axis, half_angle_rad } } else { everything }
+    }
+
+    /// Whether a vector of a box may lie on the side that one of these normals shows.
+    fn face(&self, (middle, half): (DVec3, DVec3)) -> bool {
+        let spread = self.half_angle_rad + ANGLE_SLACK_RAD;
+        let highest = self.axis.dot(middle) + self.axis.abs().dot(half);
+        let farthest = (middle.abs() + half).length();
+        spread >= FRAC_PI_2
+            || highest > 0.0
+            // What lies below all is raised by no more than a normal leans.
+            || highest * spread.cos() + farthest * spread.sin() > 0.0
     }
 
     /// Whether a direction of this and one of another cone may be within an angle of each other.
