@@ -18,10 +18,11 @@ mod walk;
 
 pub use cpu::Cpu;
 pub use given::{Given, Method};
-pub(crate) use moving::Moving;
 pub use lightcuts::{Found, Member, Open, cut};
 pub use reference::Reference;
 pub use rule::{Look, Receiver, Rule};
 pub use starting::{Starting, starting};
 pub use starts::{StartList, Starts};
 pub use walk::{children, recursion, walk};
+
+pub(crate) use moving::Moving;
