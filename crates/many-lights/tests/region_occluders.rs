@@ -1,4 +1,5 @@
 //! Occluders of cities: boxes that lie within what hides, in every turn and mode that claims so.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_many_lights::region::{OccluderMode, Occluders, Solid, Turn};
 use dapple_scene::city::{self, City, InnerKnobs, OrientedBox, inner_boxes};
@@ -308,7 +309,7 @@ fn boxes_of_real_cities_lie_within_if_they_are_there() {
     };
     // The main turn, how many pairs touch at least, and what the turn may cost.
     for (file, degrees, least, most_lost) in
-        [("Helsinki.osm.pbf", 87, 600, 0.2), ("delft.city.json", 54, 120, 0.15)]
+        [("Helsinki.osm.pbf", 87, 500, 0.25), ("delft.city.json", 54, 100, 0.2)]
     {
         let city = city::load(&root.join("city").join(file)).unwrap().city;
         let enclosed = Enclosed::of(&city);

@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3, Vec2Swizzles};
 
 /// A box that is not upright may be cut into so many, each inscribed on its own ...
 const MOST_PIECES: u32 = 4;
-/// ... where every further piece adds this share of the box: few large occluders cost least.
-const LEAST_GAIN: f64 = 0.05;
+/// ... where every further piece adds this share of the box: each costs planes and shadows.
+const LEAST_GAIN: f64 = 0.1;
 /// What inscribed boxes keep from the sides, over the farthest coordinate: several roundings.
 const MARGIN: f64 = 1e-14;
 
