@@ -1,5 +1,6 @@
 //! Bounds of all the light that a face may get, and cones of what it may mirror: nothing that any of
 //! its points gets, or mirrors, is ever above or outside.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dapple_many_lights::{
     Emission, Light, LightTree, Point,
