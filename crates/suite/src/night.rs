@@ -17,10 +17,13 @@ use dapple_scene::city::City;
 use dapple_trace::Tracer;
 use std::sync::Arc;
 
+/// Instances of more triangles are cut into objects of at most so many: grounds of real cities are large.
+const MOST_TRIANGLES: u32 = 128;
+
 /// Distance of the near plane over the scene's radius.
 const NEAR: f64 = 1e-4;
 
-/// Surfaces, lights and what hides them, shared by all techniques. Objects are the scene's instances.
+/// Surfaces, lights and what hides them, shared by all techniques.
 pub struct Night {
     /// The city.
     pub city: City,
@@ -67,7 +70,7 @@ impl Night {
         let width = parameters.int("width")? as u32;
         let size = [width, (width * 3 / 4).max(1)];
         let (view, cameras) = city::cameras(&scene, &case.view, parameters.int("frames")? as u32)?;
-        let (objects, owners) = Objects::from_scene(&scene, u32::MAX)?;
+        let (objects, owners) = Objects::from_scene(&scene, MOST_TRIANGLES)?;
         let near_m = NEAR * scene.bounds().radius();
         let views = cameras
             .iter()

@@ -5,16 +5,20 @@ use super::{
     case::NightCase,
     errors::{Apart, Causes},
     method::Method,
+    settings,
 };
 use crate::{
     SuiteError,
-    problem::{Checked, Form, FrameTime, Picture, Setting, Subject},
+    problem::{self, Checked, FrameTime, Picture, Setting, Subject},
     problems::{
         many_lights::{errors::Score, port},
         region_light_visibility::counters,
     },
 };
-use dapple_many_lights::{Shaded, Work};
+use dapple_many_lights::{
+    Form, Shaded, Technique, Work,
+    cut::{Given, starting},
+};
 use dapple_night_city::{Counts, FrameTimes};
 use std::collections::BTreeMap;
 
@@ -46,16 +50,19 @@ impl<'a, 'g> NightSubject<'a, 'g> {
         (self.case.seed() ^ self.case.seed() >> 32) as u32
     }
 
-    /// Holds the device's last frame against the processor's.
-    fn hold(&self, frames: usize, checked: &mut Checked) -> Result<(), SuiteError> {
-        let setting = Setting { form: Form::Cpu, ..self.setting.clone() };
-        let mut method = self.case.method(&setting)?;
-        method.reset(self.seed())?;
-        for frame in 0..frames {
-            method.frame(frame, false)?;
-        }
+    /// Holds the device's last frame against the processor's cut of the same lists. What the device
+    /// saw may differ from what the processor sees, by the rounding of pixels, and its cells with it.
+    fn hold(&self, checked: &mut Checked) -> Result<(), SuiteError> {
+        let Some(starts) = self.method.starts() else { return Ok(()) };
+        let night = settings::night(&self.setting, self.case.seed())?;
+        let town = &self.case.night().town;
+        let world = town.world(night.shadow_rays);
+        let given = Given::new(&Technique::Absolute(night.cut), world, &town.lights)?;
+        let mut cut = starting(Form::Cpu, &given, None)?;
+        cut.start(starts)?;
+        cut.shade(self.frames() - 1, false)?;
         let mut theirs = Shaded::default();
-        method.read(&mut theirs)?;
+        cut.read(&mut theirs)?;
         let pairs = self.shaded.radiance.iter().zip(&theirs.radiance);
         let differ = pairs.filter(|(a, b)| !port::alike(**a, **b)).count();
         let share = differ as f64 / theirs.radiance.len().max(1) as f64;
@@ -128,8 +135,8 @@ impl Subject for NightSubject<'_, '_> {
             // A pixel or two of few may fall the other way.
             hold("pixels_taken_apart", differ as f64 / clear as f64, &mut checked);
         }
-        if self.setting.form == Form::Gpu {
-            self.hold(self.frames(), &mut checked)?;
+        if self.setting.form == problem::Form::Gpu {
+            self.hold(&mut checked)?;
         }
         checked.counters = self.counters(&work, &counts);
         checked.memory_bytes = self.method.bytes();

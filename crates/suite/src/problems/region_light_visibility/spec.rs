@@ -101,7 +101,7 @@ pub const OCCLUDERS: Knob = Knob::choice(
 /// Distance of planes.
 pub const LEAST_STEP: Knob = Knob::float(
     "least_step",
-    [0.0, 0.0, 1e4],
+    [0.0, 5.0, 1e4],
     "planes lie at far faces of buildings, but at least so far apart",
 )
 .unit("m")
