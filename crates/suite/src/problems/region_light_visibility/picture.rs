@@ -8,7 +8,7 @@ use crate::{night::Night, problem::Picture};
 use dapple_many_lights::region::truth::kept;
 use glam::DVec2;
 
-/// Columns and rows.
+/// Pixels of the longer side.
 const SIZE: u32 = 256;
 
 /// Buildings; the cell; a light that is hidden or left out, and one that is seen or kept.
@@ -44,7 +44,8 @@ pub fn plan(night: &Night, question: &Question, face: &FaceTruth, precut: &[u32]
         map.mark(at, if *sighted == Sighted::Hidden { DARK } else { LIT });
         result.mark(at, if kept[*light as usize] { LIT } else { DARK });
     }
-    Picture { width: SIZE, height: SIZE, truth: map.values, result: result.values }
+    let [width, height] = map.size;
+    Picture { width, height, truth: map.values, result: result.values }
 }
 
 #[derive(Clone)]
@@ -52,6 +53,8 @@ struct Map {
     low: DVec2,
     /// Metres a pixel.
     step: f64,
+    /// Columns and rows.
+    size: [u32; 2],
     values: Vec<f32>,
 }
 
@@ -59,27 +62,31 @@ impl Map {
     fn around(corners: impl Iterator<Item = DVec2> + Clone) -> Self {
         let low = corners.clone().fold(DVec2::INFINITY, DVec2::min);
         let high = corners.fold(DVec2::NEG_INFINITY, DVec2::max);
-        let side = (high - low).max_element().max(1.0);
-        let values = vec![0.0; (SIZE * SIZE) as usize];
-        Self { low, step: side / f64::from(SIZE - 1), values }
+        let sides = high - low;
+        let step = sides.max_element().max(1.0) / f64::from(SIZE - 1);
+        let size = [sides.x, sides.y].map(|side| (side / step).round() as u32 + 1);
+        let values = vec![0.0; size[0] as usize * size[1] as usize];
+        Self { low, step, size, values }
     }
 
     fn pixel(&self, at: DVec2) -> [u32; 2] {
         // What lies outside lands on the rim.
         let place = ((at - self.low) / self.step).round();
-        [place.x, place.y].map(|p| p.clamp(0.0, f64::from(SIZE - 1)) as u32)
+        let within = |p: f64, count: u32| p.clamp(0.0, f64::from(count - 1)) as u32;
+        [within(place.x, self.size[0]), within(place.y, self.size[1])]
     }
 
     fn fill(&mut self, low: DVec2, high: DVec2, value: f32) {
         let ([x0, y0], [x1, y1]) = (self.pixel(low), self.pixel(high));
         for y in y0..=y1 {
-            self.values[(y * SIZE + x0) as usize..=(y * SIZE + x1) as usize].fill(value);
+            self.values[(y * self.size[0] + x0) as usize..=(y * self.size[0] + x1) as usize]
+                .fill(value);
         }
     }
 
     fn mark(&mut self, at: DVec2, value: f32) {
         let [x, y] = self.pixel(at);
-        let pixel = &mut self.values[(y * SIZE + x) as usize];
+        let pixel = &mut self.values[(y * self.size[0] + x) as usize];
         // Where several share a pixel, the brightest shows.
         *pixel = pixel.max(value);
     }
