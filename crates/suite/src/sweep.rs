@@ -197,6 +197,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("translucency", include_str!("../../../benches/sweeps/translucency.toml")),
     ("visibility", include_str!("../../../benches/sweeps/visibility.toml")),
     ("many_lights", include_str!("../../../benches/sweeps/many_lights.toml")),
+    ("night", include_str!("../../../benches/sweeps/night.toml")),
 ];
 
 /// Every combination of the lists once, each completed with defaults. With no list, the defaults
