@@ -13,13 +13,45 @@ use std::{collections::BTreeMap, sync::Arc};
 /// Directions as bits, by [`Direction::index`].
 pub type Directions = u8;
 
+/// What the surfaces of an object face, each on its own: sets of directions as bits, by
+/// [`Directions`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Faced(u16);
+
+impl Faced {
+    /// Each set of directions that any surface faces.
+    pub fn sets(self) -> impl Iterator<Item = Directions> {
+        (1..16).filter(move |set| self.0 >> set & 1 == 1)
+    }
+
+    /// All directions that any surface faces.
+    pub fn all(self) -> Directions {
+        self.sets().fold(0, |all, set| all | set)
+    }
+
+    /// Of sets of directions, one a surface.
+    pub fn of_sets(sets: impl IntoIterator<Item = Directions>) -> Self {
+        let all = sets.into_iter().fold(0, |all, set| all | 1 << (set & 0xF));
+        // A surface that faces nothing needs nothing.
+        Self(all & !1)
+    }
+
+    fn of(surfaces: &[Surface], turn: Turn) -> Self {
+        Self::of_sets(surfaces.iter().map(|surface| {
+            let cell = ViewCell::around(std::slice::from_ref(surface), turn);
+            let faced = Direction::ALL.into_iter().filter(|d| cell.face(*d).is_some());
+            faced.fold(0, |all, direction| all | 1 << direction.index())
+        }))
+    }
+}
+
 /// A node's cell, and what the objects in it face.
 #[derive(Clone, Debug)]
 pub struct NodeCell {
     /// The cell.
     pub cell: ViewCell,
-    /// Objects in increasing order, each with the directions that it needs.
-    objects: Vec<(u32, Directions)>,
+    /// Objects in increasing order, each with what its surfaces face.
+    objects: Vec<(u32, Faced)>,
 }
 
 impl NodeCell {
@@ -27,9 +59,9 @@ impl NodeCell {
     pub fn around(surfaces: &Surfaces, objects: &[u32]) -> Self {
         let all = surfaces_of(surfaces, objects);
         let turn = turn_of(&all);
-        let needed = |object: &u32| (*object, directions(surfaces.of_object(*object), turn));
+        let needed = |object: &u32| (*object, Faced::of(surfaces.of_object(*object), turn));
         let mut needed: Vec<_> = objects.iter().map(needed).collect();
-        needed.sort_unstable();
+        needed.sort_unstable_by_key(|(object, _)| *object);
         Self { cell: ViewCell::around(&all, turn), objects: needed }
     }
 
@@ -38,10 +70,15 @@ impl NodeCell {
         ViewCell::around(&surfaces_of(surfaces, objects), self.cell.turn)
     }
 
+    /// What the surfaces of an object face: nothing of one that is not in the cell.
+    pub fn faced(&self, object: u32) -> Faced {
+        let found = self.objects.binary_search_by_key(&object, |(object, _)| *object);
+        found.map_or(Faced::default(), |place| self.objects[place].1)
+    }
+
     /// Directions that an object faces: none of one that is not in the cell.
     pub fn directions(&self, object: u32) -> Directions {
-        let found = self.objects.binary_search_by_key(&object, |(object, _)| *object);
-        found.map_or(0, |place| self.objects[place].1)
+        self.faced(object).all()
     }
 
     /// Bytes.
@@ -57,12 +94,6 @@ pub fn each(directions: Directions) -> impl Iterator<Item = Direction> {
 
 fn surfaces_of(surfaces: &Surfaces, objects: &[u32]) -> Vec<Surface> {
     objects.iter().flat_map(|object| surfaces.of_object(*object)).copied().collect()
-}
-
-fn directions(surfaces: &[Surface], turn: Turn) -> Directions {
-    let cell = ViewCell::around(surfaces, turn);
-    let faced = Direction::ALL.into_iter().filter(|direction| cell.face(*direction).is_some());
-    faced.fold(0, |all, direction| all | 1 << direction.index())
 }
 
 /// Cells around all that lies below nodes, made when first asked for.

@@ -7,6 +7,7 @@
 //! came into sight together is not found anew together. What no frame used for longest is forgotten
 //! where memory is bounded.
 
+use crate::lists::Precut;
 use dapple_many_lights::region::Direction;
 use std::collections::BTreeMap;
 
@@ -43,6 +44,8 @@ pub struct Kept {
 #[derive(Clone, Debug, Default)]
 struct Entry {
     nodes: Vec<u32>,
+    /// One a node; empty where none was asked for.
+    hidden_below: Vec<f32>,
     /// Objects that the cell was around, in order; empty where it was around all below the node.
     objects: Vec<u32>,
     /// The first frame in which it is no longer valid.
@@ -54,7 +57,8 @@ struct Entry {
 impl Entry {
     fn bytes(&self) -> u64 {
         let lists = size_of_val(&self.nodes[..]) + size_of_val(&self.objects[..]);
-        (lists + size_of::<(Key, Self)>()) as u64
+        let heights = size_of_val(&self.hidden_below[..]);
+        (lists + heights + size_of::<(Key, Self)>()) as u64
     }
 
     fn holds(&self, objects: &[u32]) -> bool {
@@ -89,7 +93,7 @@ impl Kept {
     }
 
     /// A precut was found for this frame, for a cell around `objects`, as [`Kept::wants`] has them.
-    pub fn put(&mut self, key: Key, objects: &[u32], nodes: &[u32]) {
+    pub fn put(&mut self, key: Key, objects: &[u32], precut: Precut<'_>) {
         let before = self.entries.remove(&key);
         let span = match (self.keeping.validity, &before) {
             (None, _) => u64::MAX,
@@ -97,7 +101,8 @@ impl Kept {
             (Some(frames), None) => 1 + self.drawn(key) % u64::from(frames.max(1)),
         };
         let entry = Entry {
-            nodes: nodes.to_vec(),
+            nodes: precut.nodes.to_vec(),
+            hidden_below: precut.hidden_below.to_vec(),
             objects: objects.to_vec(),
             expires: self.frame.saturating_add(span),
             used: self.frame,
@@ -107,9 +112,17 @@ impl Kept {
         self.entries.insert(key, entry);
     }
 
-    /// The nodes of a precut.
-    pub fn get(&self, key: Key) -> Option<&[u32]> {
-        self.entries.get(&key).map(|entry| &entry.nodes[..])
+    /// A precut, expired or not.
+    pub fn get(&self, key: Key) -> Option<Precut<'_>> {
+        let Entry { nodes, hidden_below, .. } = self.entries.get(&key)?;
+        Some(Precut { nodes, hidden_below })
+    }
+
+    /// The frame uses a precut that it did not ask for, where it is kept.
+    pub fn touch(&mut self, key: Key) {
+        if let Some(entry) = self.entries.get_mut(&key) {
+            entry.used = self.frame;
+        }
     }
 
     /// Forgets what no frame used for longest until the rest fits, but nothing that the current frame
@@ -171,6 +184,10 @@ impl Kept {
 mod tests {
     use super::*;
 
+    fn precut(nodes: &[u32]) -> Precut<'_> {
+        Precut { nodes, hidden_below: &[] }
+    }
+
     fn key(node: u32) -> Key {
         Key { node, direction: Direction::ALL[node as usize % 4] }
     }
@@ -183,10 +200,10 @@ mod tests {
             kept.begin();
             for node in 0..keys {
                 if kept.wants(key(node), &[]) {
-                    kept.put(key(node), &[], &[node; 3]);
+                    kept.put(key(node), &[], precut(&[node; 3]));
                     found[node as usize].push(frame);
                 }
-                assert_eq!(kept.get(key(node)), Some(&[node; 3][..]));
+                assert_eq!(kept.get(key(node)).unwrap().nodes, [node; 3]);
             }
             kept.end();
         }
@@ -227,7 +244,7 @@ mod tests {
             kept.begin();
             for &node in nodes {
                 if kept.wants(key(node), &[]) {
-                    kept.put(key(node), &[], &[0; 10]);
+                    kept.put(key(node), &[], precut(&[0; 10]));
                 }
             }
             kept.end();
@@ -248,10 +265,18 @@ mod tests {
     fn a_precut_serves_no_object_that_its_cell_was_not_around() {
         let mut kept = Kept::new(Keeping::default());
         kept.begin();
-        kept.put(key(0), &[3, 7], &[1]);
-        kept.put(key(1), &[], &[2]);
+        kept.put(key(0), &[3, 7], precut(&[1]));
+        kept.put(key(1), &[], precut(&[2]));
         assert!(!kept.wants(key(0), &[3]) && !kept.wants(key(0), &[3, 7]));
         assert!(kept.wants(key(0), &[3, 8]));
         assert!(!kept.wants(key(1), &[3, 8]), "around all below");
+        let before = kept.bytes();
+        kept.put(key(2), &[], Precut { nodes: &[1, 5], hidden_below: &[0.5, 2.0] });
+        assert_eq!(kept.get(key(2)).unwrap().hidden_below, [0.5, 2.0]);
+        kept.put(key(2), &[], precut(&[1, 5]));
+        assert_eq!(
+            kept.bytes() - before,
+            (2 * size_of::<u32>() + size_of::<(Key, Entry)>()) as u64
+        );
     }
 }

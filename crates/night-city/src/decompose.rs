@@ -9,7 +9,7 @@
 
 use dapple_many_lights::{
     Absolute, LightTree, Point, World, bound,
-    cut::{Receiver, Rule, walk},
+    cut::{Receiver, Rule, Starts, walk},
     radiance,
 };
 use glam::DVec3;
@@ -21,6 +21,18 @@ pub struct PointStarts<'a> {
     pub used: &'a [u32],
     /// With a threshold of 0: less what is hidden, and nothing else.
     pub seen: &'a [u32],
+    /// Taken for hidden at the point's height, and so not in `used`; may be in `seen`.
+    pub hidden: &'a [u32],
+}
+
+/// What a point starts at, and what it does not for its height: `used` and `hidden` of
+/// [`PointStarts`].
+pub fn at_height(starts: &Starts, point: &Point) -> [Vec<u32>; 2] {
+    let mut nodes = [Vec::new(), Vec::new()];
+    for (node, hidden_below) in starts.with_heights(starts.range(point.object)) {
+        nodes[usize::from(point.position.y <= hidden_below)].push(node);
+    }
+    nodes
 }
 
 /// Parts of a pixel's error, linear RGB.
@@ -61,6 +73,7 @@ pub fn decompose(
     mark(tree, starts.seen, &mut state, State::Weak);
     // Whatever is used was not hidden: thresholds only take away.
     mark(tree, starts.used, &mut state, State::Added);
+    mark(tree, starts.hidden, &mut state, State::Hidden);
     let receiver = Receiver { point, form: cut.bound, clamp_m: lit.clamp_m };
     let rule = Rule::Absolute(cut.threshold);
     let mut dropped: Vec<u32> = Vec::new();

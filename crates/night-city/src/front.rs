@@ -3,13 +3,16 @@
 
 use crate::{
     Counts, Night, NightError, Town,
-    cells::{Directions, NodeCell, WholeCells, each},
+    cells::{Directions, Faced, NodeCell, WholeCells, each},
     coherence::{Keeping, Kept, Key},
     drawer::Drawer,
+    heights::Heights,
+    lists::{List, Precut},
+    steady::Steady,
 };
 use dapple_many_lights::{
-    cut::Starts,
-    region::{Direction, Many, Steps, ViewCell, combined, make},
+    cut::{StartList, Starts},
+    region::{Direction, Many, RegionTechnique, Steps, ViewCell, levels_of_detail, make},
 };
 use dapple_occlusion::camera::{
     self, Cells, Coverage, State, cells::CellLimits, exact_coverage, software, techniques,
@@ -26,10 +29,17 @@ pub struct Front<'g> {
     drawn: camera::Frame,
     whole: WholeCells,
     many: Many,
+    heights: Option<Heights>,
     /// Precuts found in a frame; kept for its memory.
     found: Vec<Vec<u32>>,
+    /// Heights of their nodes, where these are asked for.
+    below: Vec<Vec<f32>>,
     kept: Kept,
+    list: List,
     starts: Starts,
+    /// Of the last frame.
+    cells: Cells,
+    steady: Steady,
     precomputing_ns: u64,
 }
 
@@ -46,8 +56,18 @@ pub struct Prepared {
     pub counts: Counts,
 }
 
+/// The most light that the points of a cell may get.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellLight {
+    /// Node of the scene's hierarchy.
+    pub node: u32,
+    /// Radiance of a white surface, linear, largest channel: of the brightest of its faces.
+    pub radiance: f64,
+}
+
 /// A cell of a frame.
 struct Shown {
+    /// Whose precuts its objects start at: that of the cell, or one above it.
     node: u32,
     /// Around all below the node: its turn and what its objects face.
     whole: Arc<NodeCell>,
@@ -55,6 +75,17 @@ struct Shown {
     shrunk: Option<ViewCell>,
     /// Directions that its visible objects face.
     directions: Directions,
+    /// Whether there are no precuts for it: its objects start at the roots.
+    late: bool,
+}
+
+/// A precut to be found.
+struct Asked {
+    /// Of the cell.
+    index: usize,
+    key: Key,
+    /// As [`Kept::put`] takes them.
+    objects: Vec<u32>,
 }
 
 impl Shown {
@@ -76,6 +107,12 @@ impl<'g> Front<'g> {
             true => Keeping { validity: None, capacity_bytes: None, ..night.keeping },
             false => night.keeping,
         };
+        let heights = match night.region {
+            RegionTechnique::FacadeCluster(settings) if night.heights > 0 => {
+                Some(Heights::new(town, &settings, night.heights))
+            }
+            _ => None,
+        };
         let mut front = Self {
             state: State::new(&town.tree),
             drawn: camera::Frame::default(),
@@ -87,7 +124,12 @@ impl<'g> Front<'g> {
             precomputing_ns: 0,
             drawer,
             many,
+            heights,
             found: Vec::new(),
+            below: Vec::new(),
+            list: List::default(),
+            cells: Cells::default(),
+            steady: Steady::default(),
         };
         front.precompute()?;
         Ok(front)
@@ -99,6 +141,7 @@ impl<'g> Front<'g> {
     /// The device's.
     pub fn reset(&mut self) -> Result<(), NightError> {
         self.state.reset(self.drawer.renderer())?;
+        self.steady = Steady::default();
         if !self.night.precomputed {
             self.kept.reset();
         }
@@ -113,18 +156,25 @@ impl<'g> Front<'g> {
         let begun = Instant::now();
         self.see(index)?;
         let seen = Instant::now();
-        let cells = self.cells(&self.drawn.drawn, self.night.tau_of(self.town.size(index)))?;
-        let shown = self.shown(&cells);
+        let tau_px = self.night.tau_of(self.town.size(index));
+        let Self { town, state, steady, night, .. } = self;
+        let coverage = steady.coverage(&town.tree, state.coverage(), tau_px, night.rejoin);
+        let cells = divide(town, night, coverage, &self.drawn.drawn, tau_px)?;
+        self.steady.divided(&self.town.tree, &cells);
+        let mut shown = self.shown(&cells);
         let divided = Instant::now();
         self.kept.begin();
+        let budget = self.night.budget.map_or(usize::MAX, |most| most as usize);
         let mut counts = Counts {
             drawn: self.drawn.drawn.len() as u64,
             cells: cells.cells.len() as u64,
-            evaluations: self.evaluate(&cells, &shown),
+            evaluations: self.evaluate(&cells, &shown, budget),
+            late: self.fall_back(&cells, &mut shown),
             ..Counts::default()
         };
         self.list(&cells, &shown, &mut counts)?;
         self.kept.end();
+        self.cells = cells;
         counts.kept = self.kept.len() as u64;
         counts.kept_bytes = self.kept.bytes();
         counts.list_bytes = self.starts.bytes();
@@ -157,6 +207,39 @@ impl<'g> Front<'g> {
         self.many.steps()
     }
 
+    /// Work of finding heights so far: no part of [`Front::steps`].
+    pub fn height_steps(&self) -> Steps {
+        self.heights.as_ref().map(Heights::steps).unwrap_or_default()
+    }
+
+    /// The most light that each cell of the last frame may get from what its objects start at, for
+    /// levels of detail of the next ([`levels_of_detail::Levels`]): in the order of the cells. Clusters
+    /// are divided while they may give more than `threshold`, radiance of a white surface. What a
+    /// precut left out as too weak is no part of it; heights are not used.
+    pub fn brightest(&mut self, threshold: f64) -> Vec<CellLight> {
+        let Self { town, whole, cells, starts, .. } = self;
+        let clamp_m = town.world(false).clamp_m;
+        let mut of_cells = Vec::with_capacity(cells.cells.len());
+        for (index, cell) in cells.cells.iter().enumerate() {
+            let around = whole.of(town, cell.node);
+            let mut lists: Vec<u32> = cells.objects_of(index).to_vec();
+            lists.sort_unstable_by_key(|object| starts.range(*object));
+            lists.dedup_by_key(|object| starts.range(*object));
+            let bound = |object: &u32| {
+                let faces = each(around.faced(*object).all());
+                let regions = faces.filter_map(|d| around.cell.face(d)).map(|face| face.region);
+                let of = |region| {
+                    let nodes = starts.of(*object);
+                    levels_of_detail::brightest(&town.lights, nodes, &region, clamp_m, threshold)
+                };
+                regions.map(|region| of(region).radiance).fold(0.0, f64::max)
+            };
+            let radiance = lists.iter().map(bound).fold(0.0, f64::max);
+            of_cells.push(CellLight { node: cell.node, radiance });
+        }
+        of_cells
+    }
+
     /// Precuts that are kept.
     pub fn kept(&self) -> &Kept {
         &self.kept
@@ -169,7 +252,8 @@ impl<'g> Front<'g> {
 
     /// Bytes of what is remembered and kept, and of what finds it.
     pub fn bytes(&self) -> u64 {
-        let found = self.kept.bytes() + self.whole.bytes() + self.many.bytes();
+        let heights = self.heights.as_ref().map_or(0, Heights::bytes);
+        let found = self.kept.bytes() + self.whole.bytes() + self.many.bytes() + heights;
         found + self.state.bytes() + self.starts.bytes() + self.town.bytes()
     }
 
@@ -188,31 +272,25 @@ impl<'g> Front<'g> {
         Ok(())
     }
 
-    fn cells(&self, visible: &[u32], tau_px: u32) -> Result<Cells, NightError> {
-        let town = &self.town;
-        let limits = CellLimits { tau_px, most_level: town.most_level(self.night.split) };
-        Ok(view_cells(&town.tree, self.state.coverage(), town.levels(), visible, limits)?)
-    }
-
     fn shown(&mut self, cells: &Cells) -> Vec<Shown> {
         let mut shown = Vec::with_capacity(cells.cells.len());
         for (index, cell) in cells.cells.iter().enumerate() {
             let whole = self.whole.of(&self.town, cell.node);
             let objects = cells.objects_of(index);
-            let directions = objects.iter().fold(0, |all, object| all | whole.directions(*object));
+            let directions = faced_by(&whole, objects);
             let shrunk = match self.night.whole_boxes {
                 true => None,
                 false => Some(whole.shrunk(&self.town.surfaces, objects)),
             };
-            shown.push(Shown { node: cell.node, whole, shrunk, directions });
+            shown.push(Shown { node: cell.node, whole, shrunk, directions, late: false });
         }
         shown
     }
 
-    /// Finds every precut of the cells that is not kept, or no longer valid. How many those were.
-    fn evaluate(&mut self, cells: &Cells, shown: &[Shown]) -> u64 {
-        let mut asked: Vec<(&ViewCell, Direction)> = Vec::new();
-        let mut keys: Vec<(Key, Vec<u32>)> = Vec::new();
+    /// Finds every precut of the cells that is not kept, or no longer valid; at most `budget`: those
+    /// first that are not kept at all, the cells that cover most before others. How many those were.
+    fn evaluate(&mut self, cells: &Cells, shown: &[Shown], budget: usize) -> u64 {
+        let mut asked: Vec<Asked> = Vec::new();
         for (index, shown) in shown.iter().enumerate() {
             let mut objects = Vec::new();
             if !self.night.whole_boxes {
@@ -222,58 +300,105 @@ impl<'g> Front<'g> {
             for direction in each(shown.directions) {
                 let key = Key { node: shown.node, direction };
                 if self.kept.wants(key, &objects) {
-                    asked.push((shown.cell(), direction));
-                    keys.push((key, objects.clone()));
+                    asked.push(Asked { index, key, objects: objects.clone() });
                 }
             }
         }
-        self.many.all(&asked, &mut self.found);
-        for ((key, objects), nodes) in keys.iter().zip(&self.found) {
-            self.kept.put(*key, objects, nodes);
+        if asked.len() > budget {
+            let (kept, coverage) = (&self.kept, self.state.coverage());
+            asked.sort_by_key(|asked| {
+                let is_kept = kept.get(asked.key).is_some();
+                (is_kept, u32::MAX - coverage[asked.key.node as usize], asked.key)
+            });
+            asked.truncate(budget);
+        }
+        let question = |asked: &Asked| (shown[asked.index].cell(), asked.key.direction);
+        let questions: Vec<(&ViewCell, Direction)> = asked.iter().map(question).collect();
+        self.many.all(&questions, &mut self.found);
+        if let Some(heights) = &self.heights {
+            heights.all(&questions, &self.found, &mut self.below);
+        }
+        for (place, (asked, nodes)) in asked.iter().zip(&self.found).enumerate() {
+            let hidden_below = match self.heights {
+                Some(_) => &self.below[place][..],
+                None => &[],
+            };
+            self.kept.put(asked.key, &asked.objects, Precut { nodes, hidden_below });
         }
         asked.len() as u64
     }
 
-    /// Gives every visible object its list: objects of a cell that face the same directions share one.
-    /// An object that no light could be found for begins at the roots.
+    /// Lets cells whose precuts the budget left no room for start at those of the nearest cell above
+    /// them that has all it takes, or else at the roots: more lights, none missing. How many cells.
+    fn fall_back(&mut self, cells: &Cells, shown: &mut [Shown]) -> u64 {
+        let Self { town, whole, kept, .. } = self;
+        let is_kept = |kept: &Kept, node: u32, directions: Directions| {
+            each(directions).all(|direction| kept.get(Key { node, direction }).is_some())
+        };
+        let mut late = 0;
+        for (index, shown) in shown.iter_mut().enumerate() {
+            if is_kept(kept, shown.node, shown.directions) {
+                continue;
+            }
+            late += 1;
+            shown.late = true;
+            let mut node = shown.node;
+            while node != 0 && shown.late {
+                node = town.tree.nodes[node as usize].parent;
+                let any = |direction| kept.get(Key { node, direction }).is_some();
+                // The cell of all is not made for nothing.
+                if !Direction::ALL.into_iter().any(any) {
+                    continue;
+                }
+                let above = whole.of(town, node);
+                let directions = faced_by(&above, cells.objects_of(index));
+                if is_kept(kept, node, directions) {
+                    each(directions).for_each(|direction| kept.touch(Key { node, direction }));
+                    *shown = Shown { node, whole: above, shrunk: None, directions, late: false };
+                }
+            }
+        }
+        late
+    }
+
+    /// Gives every visible object its list: objects of a cell whose surfaces face the same directions
+    /// share one. An object that no light could be found for begins at the roots.
     fn list(
         &mut self,
         cells: &Cells,
         shown: &[Shown],
         counts: &mut Counts,
     ) -> Result<(), NightError> {
-        let Self { town, starts, kept, .. } = self;
+        let Self { town, starts, kept, list, .. } = self;
         starts.restart(&town.lights.roots, town.objects.objects.len());
-        let (mut nodes, mut open) = (Vec::new(), Vec::new());
-        for (index, shown) in shown.iter().enumerate() {
-            let mut lists = [None; 16];
+        let mut lists: Vec<(Faced, StartList)> = Vec::new();
+        for (index, shown) in shown.iter().enumerate().filter(|(_, shown)| !shown.late) {
+            lists.clear();
             for object in cells.objects_of(index) {
-                let faced = shown.whole.directions(*object);
-                if faced == 0 {
+                let faced = shown.whole.faced(*object);
+                if faced.all() == 0 {
                     continue;
                 }
-                let list = &mut lists[usize::from(faced)];
-                if list.is_none() {
-                    let directions: Vec<Direction> = each(faced).collect();
-                    let precuts = Direction::ALL.map(|direction| {
-                        kept.get(Key { node: shown.node, direction }).unwrap_or_default()
-                    });
-                    combined(
-                        &town.lights,
-                        shown.cell(),
-                        &directions,
-                        precuts,
-                        &mut nodes,
-                        &mut open,
-                    );
-                    counts.lists += 1;
-                    counts.list_nodes += nodes.len() as u64;
-                    *list = Some(starts.add(&nodes));
-                }
-                if let Some(list) = *list {
-                    starts.set(*object, list)?;
-                    counts.listed += 1;
-                }
+                let known = lists.iter().find(|(known, _)| *known == faced);
+                let made = match known {
+                    Some((_, made)) => *made,
+                    None => {
+                        let precuts = Direction::ALL.map(|direction| {
+                            kept.get(Key { node: shown.node, direction }).unwrap_or_default()
+                        });
+                        list.make(&town.lights, shown.cell(), faced, precuts);
+                        counts.lists += 1;
+                        counts.list_nodes += list.nodes.len() as u64;
+                        let made = match list.hidden_below.is_empty() {
+                            true => starts.add(&list.nodes),
+                            false => starts.add_below(&list.nodes, &list.hidden_below)?,
+                        };
+                        lists.push((faced, made));
+                        made
+                    }
+                };
+                starts.set(*object, made)?;
+                counts.listed += 1;
             }
         }
         Ok(())
@@ -286,10 +411,27 @@ impl<'g> Front<'g> {
         }
         let begun = Instant::now();
         let all: Vec<u32> = (0..self.town.objects.objects.len() as u32).collect();
-        let cells = self.cells(&all, 0)?;
+        let cells = divide(&self.town, &self.night, self.state.coverage(), &all, 0)?;
         let shown = self.shown(&cells);
-        self.evaluate(&cells, &shown);
+        self.evaluate(&cells, &shown, usize::MAX);
         self.precomputing_ns = begun.elapsed().as_nanos() as u64;
         Ok(())
     }
+}
+
+/// The cells of what is visible.
+fn divide(
+    town: &Town,
+    night: &Night,
+    coverage: &[u32],
+    visible: &[u32],
+    tau_px: u32,
+) -> Result<Cells, NightError> {
+    let limits = CellLimits { tau_px, most_level: town.most_level(night.split) };
+    Ok(view_cells(&town.tree, coverage, town.levels(), visible, limits)?)
+}
+
+/// Directions that any of some objects faces.
+fn faced_by(cell: &NodeCell, objects: &[u32]) -> Directions {
+    objects.iter().fold(0, |all, object| all | cell.directions(*object))
 }

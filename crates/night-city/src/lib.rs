@@ -10,14 +10,17 @@ pub mod decompose;
 mod drawer;
 mod error;
 mod front;
+mod heights;
+pub mod lists;
 mod pipeline;
 mod settings;
+mod steady;
 mod surfaces;
 mod town;
 
 pub use drawer::{Device, Drawer};
 pub use error::NightError;
-pub use front::{Front, Prepared};
+pub use front::{CellLight, Front, Prepared};
 pub use pipeline::{Counts, FrameTimes, Pipeline};
 pub use settings::{Night, Part, TAU_IMAGE_PX};
 pub use surfaces::Surfaces;

@@ -24,7 +24,9 @@ pub struct Counts {
     pub cells: u64,
     /// Cells and directions whose precuts were found anew.
     pub evaluations: u64,
-    /// Lists: one for all objects of a cell that face the same directions.
+    /// Cells that had to do with precuts of a cell above them, or with none.
+    pub late: u64,
+    /// Lists: one for all objects of a cell whose surfaces face the same directions.
     pub lists: u64,
     /// Nodes of all lists.
     pub list_nodes: u64,

@@ -3,7 +3,7 @@
 use crate::{NightError, coherence::Keeping};
 use dapple_many_lights::{
     Absolute, BoundForm, Per, Technique,
-    region::{FacadeCluster, RegionTechnique},
+    region::{FacadeCluster, RegionTechnique, evaluate::MOST_HEIGHTS},
 };
 use dapple_occlusion::camera;
 
@@ -36,13 +36,22 @@ pub struct Night {
     /// Whether a cell is around all that lies below its node, so that its precuts stay valid whatever
     /// comes into sight. Otherwise it is around what is visible: smaller, and found anew for more.
     pub whole_boxes: bool,
+    /// Share of [`Night::tau_px`] that a cell that was divided has to cover at most to be joined again,
+    /// in 0..=1: what covers about as much as the threshold does not change from frame to frame.
+    pub rejoin: f64,
     /// How long precuts are kept, and how many.
     pub keeping: Keeping,
+    /// Most precuts found in a frame; `None`: all that are needed. Cells that have to wait start at
+    /// the lights of a cell above them, or at all lights. Needs [`Night::whole_boxes`].
+    pub budget: Option<u32>,
     /// Whether all cells are found before the first frame: every part of the city at `split` is a
     /// cell, whatever it covers, and its precuts never expire.
     pub precomputed: bool,
     /// How precuts are found.
     pub region: RegionTechnique,
+    /// Heights of a cell, beside its top, up to each of which it is found what of its precut is hidden
+    /// from there; 0: none. Needs facade-cluster visibility.
+    pub heights: u32,
     /// How pixels add them up.
     pub cut: Absolute,
     /// Whether each cluster that a pixel adds up costs a shadow ray.
@@ -60,9 +69,12 @@ impl Default for Night {
             tau_px: 16_384.0,
             split: Part::default(),
             whole_boxes: true,
+            rejoin: 1.0,
             keeping: Keeping { validity: Some(50), ..Keeping::default() },
+            budget: None,
             precomputed: false,
             region: RegionTechnique::FacadeCluster(FacadeCluster::default()),
+            heights: 0,
             cut: Absolute {
                 threshold: 1.0 / 25_500.0,
                 bound: BoundForm::default(),
@@ -87,6 +99,19 @@ impl Night {
         }
         if self.keeping.validity == Some(0) {
             return Err(NightError::value("validity", "0 is not at least 1 frame"));
+        }
+        if !(0.0..=1.0).contains(&self.rejoin) {
+            return Err(NightError::value("rejoin", format!("{} is not in 0..=1", self.rejoin)));
+        }
+        if self.heights > MOST_HEIGHTS {
+            let limit = format!("{} is not at most {MOST_HEIGHTS}", self.heights);
+            return Err(NightError::value("heights", limit));
+        }
+        if self.heights > 0 && !matches!(self.region, RegionTechnique::FacadeCluster(_)) {
+            return Err(NightError::value("heights", "need facade-cluster visibility"));
+        }
+        if self.budget.is_some() && !self.whole_boxes {
+            return Err(NightError::value("budget", "needs cells around all below a node"));
         }
         if self.precomputed && !self.whole_boxes {
             return Err(NightError::value("precomputed", "needs cells around all below a node"));
@@ -129,6 +154,13 @@ mod tests {
         assert!(refused(Night { cut, ..night }).starts_with("threshold: -1"));
         let drawn = Night { precomputed: true, whole_boxes: false, ..night };
         assert!(refused(drawn).starts_with("precomputed"));
+        assert!(refused(Night { rejoin: 1.5, ..night }).starts_with("rejoin: 1.5"));
+        assert!(refused(Night { rejoin: f64::NAN, ..night }).starts_with("rejoin: NaN"));
+        assert!(refused(Night { heights: 65, ..night }).starts_with("heights: 65"));
+        let all = Night { heights: 1, region: RegionTechnique::Everything, ..night };
+        assert!(refused(all).starts_with("heights: need"));
+        let drawn = Night { budget: Some(4), whole_boxes: false, ..night };
+        assert!(refused(drawn).starts_with("budget"));
         let visibility = camera::Settings { batch: 0, ..night.visibility };
         assert!(refused(Night { visibility, ..night }).starts_with("batch: 0"));
     }

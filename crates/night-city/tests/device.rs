@@ -74,7 +74,7 @@ fn a_device_that_draws_too_lights_the_cuts_of_its_own_lists() {
                 continue;
             }
             let used = pipeline.front().starts().of(point.object);
-            let starts = PointStarts { used, seen: used };
+            let starts = PointStarts { used, seen: used, hidden: &[] };
             let parts = decompose(&plain, &town.lights, &night.cut, false, point, starts);
             let off = (parts.result.as_vec3() - shaded.radiance[pixel]).abs().max_element();
             assert!(off < WITHIN, "frame {index}, pixel {pixel}: {off:e}");

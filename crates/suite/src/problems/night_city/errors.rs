@@ -5,7 +5,7 @@ use crate::{SuiteError, problem::Setting};
 use dapple_many_lights::{World, cut::Starts, region::RegionTechnique};
 use dapple_night_city::{
     Drawer, Front, Night,
-    decompose::{Parts, PointStarts, decompose},
+    decompose::{Parts, PointStarts, at_height, decompose},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -86,7 +86,7 @@ impl<'g> Apart<'g> {
         };
         let town = &case.night().town;
         let drawer = Drawer::new(&town.objects, None)?;
-        let hides = Front::new(town, &Night { region, ..night }, drawer)?;
+        let hides = Front::new(town, &Night { region, heights: 0, ..night }, drawer)?;
         Ok(Some(Self { night, lit: town.lit(), hides }))
     }
 
@@ -111,7 +111,9 @@ impl<'g> Apart<'g> {
         let seen = self.hides.starts();
         let apart = |pixel: &u32| {
             let point = &points[*pixel as usize];
-            let of = PointStarts { used: starts.of(point.object), seen: seen.of(point.object) };
+            let [used, hidden] = at_height(starts, point);
+            let seen = seen.of(point.object);
+            let of = PointStarts { used: &used, seen, hidden: &hidden };
             let Night { cut, shadow_rays, .. } = &self.night;
             (*pixel, decompose(&self.lit, &town.lights, cut, *shadow_rays, point, of))
         };

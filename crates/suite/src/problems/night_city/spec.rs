@@ -101,6 +101,18 @@ const VALIDITY: Knob = Knob::int(
     "frames after which a cell's lights are found anew; 0: never again",
 )
 .useful(1.0, 100.0);
+const HEIGHTS: Knob = Knob::int(
+    "heights",
+    [0, 0, 8],
+    "heights of a cell up to which it is found what is hidden below them, beside its top",
+)
+.useful(0.0, 4.0);
+const BUDGET: Knob = Knob::int(
+    "budget",
+    [0, 0, 1_000_000],
+    "most cells and directions a frame whose lights are found; the rest wait, and leak more; 0: all",
+)
+.useful(0.0, 200.0);
 const RAYS: Knob = Knob::choice(
     "shadow_rays",
     &["off", "on"],
@@ -131,7 +143,10 @@ const TECHNIQUES: &[Technique] = &[
         "Facade-cluster visibility, then cuts",
         "conte2018",
         FUSION,
-        &[CUT, THRESHOLD, TAU, MOST_SPLIT, VALIDITY, RAYS, EDGE, OCCLUDERS, LEAST_STEP, DIVISIONS],
+        &[
+            CUT, THRESHOLD, TAU, MOST_SPLIT, HEIGHTS, VALIDITY, BUDGET, RAYS, EDGE, OCCLUDERS,
+            LEAST_STEP, DIVISIONS,
+        ],
     ),
     technique_in(
         FAST,
