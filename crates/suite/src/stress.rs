@@ -11,6 +11,7 @@ pub(crate) mod edit;
 pub mod judge;
 pub mod line;
 pub(crate) mod motion;
+pub(crate) mod night;
 pub mod run;
 pub mod search;
 pub(crate) mod settings;
