@@ -9,8 +9,8 @@
 
 use super::{
     Cuboid, Direction, FacadeCluster, Occluders, Planes, Precuts, Split, Steps, ViewCell,
-    fusion::{Verdict, reference::Horizon},
-    horizon::{project, umbra},
+    fusion::{Verdict, around, asked_part, nothing_yet, reference::Horizon},
+    horizon::{Projection, project, umbra},
     potential::{is_weak, potential, white},
 };
 use crate::{Emission, LightTree, bound::Region, cut::children};
@@ -124,6 +124,18 @@ impl Reference {
         kept
     }
 
+    /// Around the projections on a plane of all clusters that wait.
+    fn asked(&self, view: &View<'_>, plane: f64, open: &[Open]) -> Projection {
+        let on_plane = |cluster: &Open| {
+            let node = &self.tree.nodes[cluster.node as usize];
+            let (min, max) = view.cell.turn.around(node.min, node.max);
+            project(&view.face, &view.direction.cuboid(min, max), plane)
+        };
+        open.iter()
+            .map(on_plane)
+            .fold(nothing_yet(self.settings.fusion), |all, one| around(&all, &one))
+    }
+
     /// The levels of a cluster's children, if it is to be divided.
     fn divided(&self, cluster: &Open, is_leaf: bool, verdict: Verdict) -> Option<Option<u32>> {
         if is_leaf || verdict != Verdict::Partial {
@@ -171,10 +183,12 @@ impl Precuts for Reference {
             if open.is_empty() || stage.next == f64::INFINITY {
                 break;
             }
+            let asked = self.asked(&view, stage.next, &open);
             // 13
             self.steps.reprojections += 1;
             if !stage.horizon.is_empty() {
-                self.steps.moved += stage.horizon.reproject(&view.face, stage.plane, stage.next);
+                self.steps.moved +=
+                    stage.horizon.reproject_asked(&view.face, [stage.plane, stage.next], &asked);
             }
             // 14: all that has a part between the two planes
             self.steps.projections += 1;
@@ -182,7 +196,8 @@ impl Precuts for Reference {
             let mut shadows = Vec::new();
             for solid in solids.iter().filter(between) {
                 self.steps.projected += 1;
-                shadows.extend(umbra(&view.face, solid, stage.next, self.settings.edge));
+                let shadow = umbra(&view.face, solid, stage.next, self.settings.edge);
+                shadows.extend(shadow.and_then(|shadow| asked_part(&shadow, &asked)));
             }
             stage.horizon.add(&shadows);
             stage.plane = stage.next;

@@ -52,7 +52,11 @@ impl Turn {
         if *self == Self::NONE {
             return (min, max);
         }
-        around(min, max, |v| self.to(v))
+        // All turns are within a quarter: which corner is outermost is known.
+        let DVec2 { x, y } = self.axis;
+        let low = DVec3::new(x * min.x + y * min.z, min.y, x * min.z - y * max.x);
+        let high = DVec3::new(x * max.x + y * max.z, max.y, x * max.z - y * min.x);
+        (low, high)
     }
 
     /// The local box around a turned box.

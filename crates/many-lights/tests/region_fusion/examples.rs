@@ -147,7 +147,7 @@ fn what_is_empty_or_no_number_hides_nothing() {
         flat([0.0, nan], 5.0),
         flat([0.0, 1.0], nan),
         Umbra::flat([0.0, 1.0], nan, 5.0),
-        flat([0.0, 1.0], f64::INFINITY),
+        Umbra { top: [5.0, f64::INFINITY], ..flat([0.0, 1.0], 5.0) },
     ];
     let cell = Cuboid { u: [0.0, 1.0], w: [0.0, 1.0], h: [0.0, 1.0] };
     for fusion in [Fusion::None, Fusion::Insertion, Fusion::HeightOrdered] {

@@ -5,14 +5,16 @@
 //! Deviations: planes lie at occluders' far faces; an occluder that a plane cuts is projected by its
 //! part before it; a cluster that a plane cuts is divided before its potential is tested, so that each
 //! cluster that is strong enough goes to exactly one of steps 9 and 11; children of clusters that are
-//! hidden in part are tested from step 7 on; nothing is projected while no shadow is there.
+//! hidden in part are tested from step 7 on; nothing is projected while no shadow is there. Of shadows,
+//! only what waiting clusters can touch goes on to the next plane; their projections there, of which the
+//! table knows nothing, are not counted.
 //!
 //! What decides, for a face of depth `[w0, w1]` and planes `p0 = w1 < p1 < ... < infinity`:
 //! - Lights without a place are put out at once. Nodes whose box ends before w0 are dropped.
 //! - Between p and the next plane q, a cluster with `e1 > q` and `e0 <= q` is divided; with `e1 <= q` it
 //!   has its last test, with `e0 > q` an early one; both by its projection on p.
 //! - The shadows on q are those on p, moved, and those of all occluders with a part before q and
-//!   behind both p and w1, by far face.
+//!   behind both p and w1, by far face; of both, what the clusters that wait can touch.
 
 mod clock;
 mod cluster;
@@ -23,9 +25,10 @@ pub use clock::Parts;
 pub use heights::MOST_HEIGHTS;
 
 use super::{
-    Cuboid, Direction, FacadeCluster, Occluders, Precuts, Split, Steps, Turn, Turned, ViewCell,
-    fusion::{Horizon, Verdict},
-    horizon::{Supports, Umbra, umbra},
+    Cuboid, Direction, FacadeCluster, Fusion, Occluders, Precuts, Split, Steps, Turn, Turned,
+    ViewCell,
+    fusion::{Horizon, Verdict, around, asked_part, nothing_yet},
+    horizon::{Projection, Supports, Umbra, umbra},
     potential::{is_too_weak, white},
 };
 use crate::{Emission, LightTree, bound::Region};
@@ -166,6 +169,7 @@ impl Evaluator {
                 horizon: &self.horizon,
                 clamp_m: self.clamp_m,
                 split: settings.split,
+                fusion: settings.fusion,
                 cached: settings.cached,
                 steps: &mut self.steps,
                 question,
@@ -179,12 +183,12 @@ impl Evaluator {
                 tests.last(&mut self.queues, sink);
                 self.clock.book(Part::Last);
             }
-            tests.early(&mut self.queues);
+            let asked = tests.early(&mut self.queues);
             self.clock.book(Part::Early);
             let Some(next) = next.filter(|_| !self.queues.waiting.is_empty()) else { break };
             self.steps.reprojections += 1;
             if !self.horizon.is_empty() {
-                self.steps.moved += self.horizon.reproject(face, plane, next);
+                self.steps.moved += self.horizon.reproject_asked(face, [plane, next], &asked);
             }
             self.clock.book(Part::Reprojection);
             self.steps.projections += 1;
@@ -194,7 +198,8 @@ impl Evaluator {
                 self.steps.projected += 1;
                 let solid = &facing.turned.solids[solid as usize];
                 let solid = sight.direction.cuboid(solid.min, solid.max);
-                self.shadows.extend(umbra(face, &solid, next, self.settings.edge));
+                let shadow = umbra(face, &solid, next, self.settings.edge);
+                self.shadows.extend(shadow.and_then(|shadow| asked_part(&shadow, &asked)));
             }
             self.horizon.add(&self.shadows);
             self.clock.book(Part::Projection);
@@ -227,6 +232,7 @@ struct Tests<'a> {
     horizon: &'a Horizon,
     clamp_m: f64,
     split: Split,
+    fusion: Fusion,
     cached: bool,
     steps: &'a mut Steps,
     question: &'a Question,
@@ -268,7 +274,7 @@ impl Tests<'_> {
         while let Some(mut cluster) = queues.last.pop() {
             self.steps.last += 1;
             let all = &mut queues.supports;
-            let verdict = self.test(&mut cluster, all, |steps| &mut steps.last_projected);
+            let (verdict, _) = self.test(&mut cluster, all, |steps| &mut steps.last_projected);
             if verdict == Verdict::Hidden {
                 self.steps.last_culled += 1;
                 continue;
@@ -291,16 +297,24 @@ impl Tests<'_> {
         }
     }
 
-    /// 11 and 12: what is not hidden waits for the next plane.
-    fn early(&mut self, queues: &mut Queues) {
+    /// 11 and 12: what is not hidden waits for the next plane. Around its projections there.
+    fn early(&mut self, queues: &mut Queues) -> Projection {
+        let mut asked = nothing_yet(self.fusion);
         while let Some(mut cluster) = queues.early.pop() {
             self.steps.early += 1;
             let all = &mut queues.supports;
-            match self.test(&mut cluster, all, |steps| &mut steps.early_projected) {
-                Verdict::Hidden => self.steps.early_culled += 1,
-                Verdict::Partial | Verdict::Free => queues.waiting.push(cluster),
+            let (verdict, supports) =
+                self.test(&mut cluster, all, |steps| &mut steps.early_projected);
+            if verdict == Verdict::Hidden {
+                self.steps.early_culled += 1;
+                continue;
             }
+            let supports =
+                supports.unwrap_or_else(|| Supports::of(&self.question.face, &cluster.cuboid));
+            asked = around(&asked, &supports.on(self.next));
+            queues.waiting.push(cluster);
         }
+        asked
     }
 
     /// The cluster against the shadows on the plane; `count` is of projections.
@@ -309,10 +323,10 @@ impl Tests<'_> {
         cluster: &mut Cluster,
         all: &mut Vec<Supports>,
         count: fn(&mut Steps) -> &mut u64,
-    ) -> Verdict {
+    ) -> (Verdict, Option<Supports>) {
         // Clusters beside the cell, before the first plane, have no projection.
         if self.horizon.is_empty() {
-            return Verdict::Free;
+            return (Verdict::Free, None);
         }
         let supports = match all.get(cluster.supports as usize) {
             Some(kept) => *kept,
@@ -326,7 +340,8 @@ impl Tests<'_> {
                 supports
             }
         };
-        self.horizon.test(&supports.on(self.plane), &mut self.steps.compared)
+        let verdict = self.horizon.test(&supports.on(self.plane), &mut self.steps.compared);
+        (verdict, Some(supports))
     }
 }
 

@@ -1,7 +1,9 @@
 //! Trees of shadows as one array, and how they move from plane to plane.
 
+use super::Umbra;
+use super::asked::is_endless;
+use super::join::within;
 use super::reference::Shadow;
-use super::{Cuboid, Umbra, reproject};
 use std::ops::Range;
 
 /// A shadow and, right behind it, the `size - 1` shadows below it; 48 bytes.
@@ -98,6 +100,17 @@ impl Forest {
         })
     }
 
+    /// Whether some root hides all that a shadow hides.
+    pub fn holds(&self, shadow: &Umbra) -> bool {
+        let first = self.groups.partition_point(|group| group.u[1] < shadow.u[1]);
+        self.groups.get(first).is_some_and(|group| {
+            group.u[0] <= shadow.u[0]
+                && self
+                    .roots(group)
+                    .any(|root| within(shadow, &self.umbra(&self.nodes[root as usize])))
+        })
+    }
+
     /// Trees of their own, of nodes that are whole trees.
     pub fn trees(&self, nodes: Range<usize>) -> Vec<Shadow> {
         // From the last to the first: children are complete before their parents.
@@ -134,17 +147,33 @@ impl Forest {
         self.groups.push(group);
     }
 
-    /// Everything moved from one plane to a farther one, into `out`, which is empty. Nodes that
-    /// collapse leave their children.
-    pub fn moved(&self, cell: &Cuboid, [from, to]: [f64; 2], out: &mut Self, scratch: &mut Moving) {
+    /// What becomes of everything on another plane, into `out`, which is empty. Nodes of which nothing
+    /// is left leave their children, and so do those that their parents hold.
+    pub fn moved(
+        &self,
+        by: impl Fn(&Umbra) -> Option<Umbra>,
+        out: &mut Self,
+        scratch: &mut Moving,
+    ) {
         for group in &self.groups {
             let first = out.nodes.len();
             scratch.roots.clear();
-            for at in group.start..group.end {
+            let mut next = group.start;
+            while next < group.end {
+                let at = next;
                 let node = &self.nodes[at as usize];
-                let Some(umbra) = reproject(cell, &self.umbra(node), from, to) else { continue };
-                let new = out.node(&umbra);
+                next += 1;
+                let Some(umbra) = by(&self.umbra(node)) else { continue };
                 out.close(&mut scratch.open, at);
+                if let Some(&(_, parent)) = scratch.open.last()
+                    && within(&umbra, &out.umbra(&out.nodes[parent as usize]))
+                {
+                    continue;
+                }
+                if is_endless(&umbra) {
+                    next = at + node.size;
+                }
+                let new = out.node(&umbra);
                 if scratch.open.is_empty() {
                     scratch.roots.push(out.nodes.len() as u32);
                 }
@@ -185,7 +214,7 @@ impl Forest {
             start..start + nodes[start].size as usize
         };
         let left = |root: u32| nodes[root as usize - first].u[0];
-        roots.sort_by(|&a, &b| left(a).total_cmp(&left(b)));
+        roots.sort_unstable_by(|&a, &b| left(a).total_cmp(&left(b)).then(a.cmp(&b)));
         let mut reach = f64::NEG_INFINITY;
         for (n, &root) in roots.iter().enumerate() {
             if n > 0 && left(root) > reach {

@@ -3,7 +3,7 @@
 use super::forest::{Forest, Moving};
 use super::join::is_real;
 use super::weave::Weave;
-use super::{Cuboid, Fusion, Projection, Umbra, Verdict, reference::Shadow};
+use super::{Cuboid, Fusion, Projection, Umbra, Verdict, asked_part, reference::Shadow, reproject};
 
 /// All shadows on one plane. It takes no memory once it has held as much before.
 #[derive(Clone, Debug)]
@@ -53,7 +53,8 @@ impl Horizon {
     pub fn add(&mut self, shadows: &[Umbra]) {
         let Self { fusion, forest, spare, new, order, weave, .. } = self;
         new.clear();
-        new.extend(shadows.iter().filter(|shadow| is_real(shadow)));
+        let adds = |shadow: &&Umbra| *fusion != Fusion::HeightOrdered || !forest.holds(shadow);
+        new.extend(shadows.iter().filter(|shadow| is_real(shadow)).filter(adds));
         if new.is_empty() {
             return;
         }
@@ -101,8 +102,24 @@ impl Horizon {
 
     /// 13: moves everything from one plane to a farther one; returns how many shadows are left.
     pub fn reproject(&mut self, cell: &Cuboid, from: f64, to: f64) -> u64 {
+        self.moved(|umbra| reproject(cell, umbra, from, to))
+    }
+
+    /// The same where all that is still asked, there and on farther planes, has its projections within
+    /// `asked`: what that cannot touch is dropped ([`asked_part`]). No later verdict on it changes,
+    /// save where there is less to join.
+    pub fn reproject_asked(
+        &mut self,
+        cell: &Cuboid,
+        [from, to]: [f64; 2],
+        asked: &Projection,
+    ) -> u64 {
+        self.moved(|umbra| asked_part(&reproject(cell, umbra, from, to)?, asked))
+    }
+
+    fn moved(&mut self, by: impl Fn(&Umbra) -> Option<Umbra>) -> u64 {
         self.spare.clear();
-        self.forest.moved(cell, [from, to], &mut self.spare, &mut self.moving);
+        self.forest.moved(by, &mut self.spare, &mut self.moving);
         std::mem::swap(&mut self.forest, &mut self.spare);
         self.len() as u64
     }

@@ -23,9 +23,11 @@ pub fn join(a: &Umbra, b: &Umbra) -> Option<Umbra> {
     (meet(a, b) && foot < top).then_some(Umbra::flat(u, foot, top))
 }
 
-/// Whether it hides anything, and all its numbers are numbers.
+/// Whether it hides anything, and all its numbers are numbers; a level top may be infinitely
+/// high.
 pub(super) fn is_real(shadow: &Umbra) -> bool {
-    shadow.u[0] < shadow.u[1] && shadow.foot < shadow.highest() && shadow.highest() < f64::INFINITY
+    let has_top = shadow.highest() < f64::INFINITY || shadow.is_flat();
+    shadow.u[0] < shadow.u[1] && shadow.foot < shadow.highest() && has_top
 }
 
 /// From left to right.

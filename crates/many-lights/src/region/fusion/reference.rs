@@ -5,7 +5,10 @@
 //! Deviations: as [`super`].
 
 use super::join::{by_foot, by_height, by_left, is_real, join, meet, within};
-use super::{Cuboid, Fusion, Projection, Umbra, Verdict, query::overlaps, reproject};
+use super::{
+    Cuboid, Fusion, Projection, Umbra, Verdict, asked::is_endless, asked_part, query::overlaps,
+    reproject,
+};
 
 /// A shadow and those inside its interval that hide more than it does.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +53,10 @@ impl Horizon {
                 shadows.into_iter().for_each(|shadow| self.insert(shadow, by_left));
             }
             Fusion::HeightOrdered => {
+                let adds = |shadow: &Shadow| {
+                    !self.roots.iter().any(|root| within(&shadow.umbra, &root.umbra))
+                };
+                let shadows = shadows.into_iter().filter(adds).collect();
                 let mut anew = self.take_reached(shadows);
                 anew.sort_by(|a, b| by_height(&a.umbra, &b.umbra));
                 for shadow in anew {
@@ -101,17 +108,22 @@ impl Horizon {
 
     /// Moves everything from one plane to a farther one; returns how many shadows are left.
     pub fn reproject(&mut self, cell: &Cuboid, from: f64, to: f64) -> u64 {
-        fn moved(shadow: Shadow, by: &dyn Fn(&Umbra) -> Option<Umbra>) -> Vec<Shadow> {
-            let children: Vec<Shadow> =
-                shadow.children.into_iter().flat_map(|child| moved(child, by)).collect();
-            match by(&shadow.umbra) {
-                Some(umbra) => vec![Shadow { umbra, children }],
-                None => children,
-            }
-        }
-        let by = |umbra: &Umbra| reproject(cell, umbra, from, to);
+        self.moved(&|umbra| reproject(cell, umbra, from, to))
+    }
+
+    /// As [`super::Horizon::reproject_asked`].
+    pub fn reproject_asked(
+        &mut self,
+        cell: &Cuboid,
+        [from, to]: [f64; 2],
+        asked: &Projection,
+    ) -> u64 {
+        self.moved(&|umbra| asked_part(&reproject(cell, umbra, from, to)?, asked))
+    }
+
+    fn moved(&mut self, by: &dyn Fn(&Umbra) -> Option<Umbra>) -> u64 {
         let roots = std::mem::take(&mut self.roots);
-        self.roots = roots.into_iter().flat_map(|root| moved(root, &by)).collect();
+        self.roots = roots.into_iter().flat_map(|root| moved(root, None, by)).collect();
         self.nodes().len() as u64
     }
 
@@ -142,5 +154,22 @@ impl Horizon {
             open.extend(&shadow.children);
         }
         nodes
+    }
+}
+
+/// What is left of a tree below `parent`.
+fn moved(
+    shadow: Shadow,
+    parent: Option<&Umbra>,
+    by: &dyn Fn(&Umbra) -> Option<Umbra>,
+) -> Vec<Shadow> {
+    let left = by(&shadow.umbra).filter(|umbra| !parent.is_some_and(|p| within(umbra, p)));
+    let below = |above: Option<&Umbra>, children: Vec<Shadow>| {
+        children.into_iter().flat_map(|child| moved(child, above, by)).collect()
+    };
+    match left {
+        None => below(parent, shadow.children),
+        Some(umbra) if is_endless(&umbra) => vec![Shadow { umbra, children: Vec::new() }],
+        Some(umbra) => vec![Shadow { umbra, children: below(Some(&umbra), shadow.children) }],
     }
 }

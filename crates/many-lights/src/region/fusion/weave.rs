@@ -37,8 +37,16 @@ pub(super) struct Weave {
     bins: Vec<Bin>,
     /// Roots that a new shadow may be joined with.
     near: Vec<u32>,
-    order: Vec<u32>,
+    order: Vec<Ranked>,
     open: Vec<(u32, u32)>,
+}
+
+/// An item with what mostly decides its place in [`by_height`].
+#[derive(Clone, Copy, Debug)]
+struct Ranked {
+    top: f64,
+    left: f64,
+    item: u32,
 }
 
 impl Weave {
@@ -82,10 +90,17 @@ impl Weave {
                 }
                 let mut order = std::mem::take(&mut self.order);
                 order.clear();
-                order.extend(0..self.items.len() as u32);
-                let umbra = |at: u32| &self.items[at as usize].umbra;
-                order.sort_unstable_by(|&a, &b| by_height(umbra(a), umbra(b)));
-                for &item in &order {
+                let ranked = |(item, Item { umbra, .. }): (u32, &Item)| Ranked {
+                    top: umbra.lowest(),
+                    left: umbra.u[0],
+                    item,
+                };
+                order.extend((0..).zip(&self.items).map(ranked));
+                order.sort_unstable_by(|a, b| {
+                    let first = b.top.total_cmp(&a.top).then_with(|| a.left.total_cmp(&b.left));
+                    first.then_with(|| by_height(self.umbra(a.item), self.umbra(b.item)))
+                });
+                for &Ranked { item, .. } in &order {
                     if !self.is_held(item) {
                         self.insert(item, by_foot);
                     }
@@ -100,7 +115,8 @@ impl Weave {
         let Self { items, bins, near, order, open } = self;
         items.capacity() * size_of::<Item>()
             + bins.capacity() * size_of::<Bin>()
-            + (near.capacity() + order.capacity()) * size_of::<u32>()
+            + near.capacity() * size_of::<u32>()
+            + order.capacity() * size_of::<Ranked>()
             + open.capacity() * size_of::<(u32, u32)>()
     }
 
@@ -162,7 +178,7 @@ impl Weave {
         let mut near = std::mem::take(&mut self.near);
         near.clear();
         near.extend(self.bins[bins.clone()].iter().flat_map(|bin| self.members(bin)));
-        near.sort_by(|&a, &b| order(self.umbra(a), self.umbra(b)));
+        near.sort_unstable_by(|&a, &b| order(self.umbra(a), self.umbra(b)).then(a.cmp(&b)));
         let mut left = 0;
         while let Some((at, umbra)) = near[left..].iter().enumerate().find_map(|(n, &root)| {
             let umbra = join(self.umbra(item), self.umbra(root))?;
@@ -228,7 +244,7 @@ impl Weave {
         let mut roots = std::mem::take(&mut self.near);
         roots.clear();
         roots.extend(self.bins.iter().flat_map(|bin| self.members(bin)));
-        roots.sort_by(|&a, &b| by_left(self.umbra(a), self.umbra(b)));
+        roots.sort_unstable_by(|&a, &b| by_left(self.umbra(a), self.umbra(b)).then(a.cmp(&b)));
         for &root in &roots {
             self.open.clear();
             let mut at = Some(root);
