@@ -5,7 +5,7 @@
 //! is a smaller greatest error of a pixel.
 
 pub mod case;
-mod claims;
+pub(crate) mod claims;
 pub mod errors;
 mod gates;
 pub mod input;

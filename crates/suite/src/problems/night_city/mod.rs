@@ -4,6 +4,7 @@
 //! shadow rays; errors are told apart by cause: hidden, weak, clustered, leaked.
 
 pub mod case;
+mod claims;
 pub mod errors;
 pub mod method;
 pub mod settings;
@@ -45,7 +46,7 @@ impl Problem for NightCity {
     }
 
     fn claims(&self) -> Vec<Claim> {
-        Vec::new()
+        claims::claims()
     }
 
     fn stress(&self) -> Vec<Axis> {

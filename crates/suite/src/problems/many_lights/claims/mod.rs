@@ -11,14 +11,14 @@ mod growth;
 mod images;
 mod lanes;
 mod moving;
-mod precuts;
+pub(crate) mod precuts;
 mod real;
 mod representatives;
 mod rivals;
 mod rivals_lists;
 mod rivals_reuse;
 mod selection;
-mod support;
+pub(crate) mod support;
 mod tables;
 mod trees;
 

@@ -16,7 +16,7 @@ use serde_json::json;
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc, sync::Arc};
 
 /// What of a city shares a precut: a facade, a roof, a piece of ground, a tree.
-type Group = (u8, u32, u32);
+pub type Group = (u8, u32, u32);
 
 /// Lights that reach what a frame shows.
 #[derive(Clone, Debug, Default)]
@@ -81,7 +81,7 @@ impl Reached {
 }
 
 /// The largest subtrees all of whose lights are `wanted`; together they hold all that are.
-fn subtrees(tree: &LightTree, wanted: &[bool]) -> Vec<u32> {
+pub fn subtrees(tree: &LightTree, wanted: &[bool]) -> Vec<u32> {
     // By node: leaves, and wanted ones, before it.
     let (mut before, mut sum) = (vec![[0_u32; 2]], [0; 2]);
     for node in &tree.nodes {
