@@ -57,6 +57,17 @@ pub fn near(values: &[(f64, f64, f64)]) -> Verdict {
     if close { Verdict::Reproduced } else { Verdict::Refuted }
 }
 
+/// Power of x that y grows as: slope of a straight line through logarithms of pairs (x, y), all above
+/// 0; not a number where x does not differ.
+pub fn exponent(points: &[(f64, f64)]) -> f64 {
+    let count = points.len() as f64;
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let mean_x = logs.iter().map(|p| p.0).sum::<f64>() / count;
+    let mean_y = logs.iter().map(|p| p.1).sum::<f64>() / count;
+    let over = logs.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum::<f64>();
+    over / logs.iter().map(|(x, _)| (x - mean_x).powi(2)).sum::<f64>()
+}
+
 /// Runs both `pairs` times in turn, after one run of each that is thrown away: caches and clocks
 /// drift, and what is measured side by side drifts together.
 ///
@@ -110,6 +121,14 @@ mod tests {
         assert_eq!(near(&[(0.3125, 0.313, 1e-3), (0.31, 0.313, 1e-3)]), Refuted);
         assert_eq!(near(&[(f64::NAN, 0.313, 1e-3)]), Refuted);
         assert_eq!(near(&[]), Open);
+    }
+
+    #[test]
+    fn exponents_are_those_of_powers() {
+        let of = |power: f64| [1.0_f64, 2.0, 7.0].map(|x| (x, 3.0 * x.powf(power)));
+        assert!((exponent(&of(0.5)) - 0.5).abs() < 1e-12);
+        assert!((exponent(&of(-2.0)) + 2.0).abs() < 1e-12);
+        assert!(exponent(&[(2.0, 1.0), (2.0, 3.0)]).is_nan());
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! out is no price that may be paid.
 
 pub mod case;
+mod claims;
 pub mod faces;
 mod picture;
 pub mod settings;
@@ -48,7 +49,7 @@ impl Problem for RegionLightVisibility {
     }
 
     fn claims(&self) -> Vec<Claim> {
-        Vec::new()
+        claims::claims()
     }
 
     fn stress(&self) -> Vec<Axis> {

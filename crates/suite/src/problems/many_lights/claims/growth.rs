@@ -3,7 +3,7 @@
 use super::{
     cuts::{TABLE, TREES},
     support::{FINE, VIEWS, cut, prepared, run, setting},
-    verdict::{all_of, figure, judged},
+    verdict::{all_of, exponent, figure, judged},
 };
 use crate::{
     SuiteError,
@@ -47,16 +47,6 @@ pub fn claims() -> Vec<Claim> {
             judge: Box::new(speedup),
         },
     ]
-}
-
-/// Slope of a straight line through logarithms.
-fn exponent(points: &[(f64, f64)]) -> f64 {
-    let count = points.len() as f64;
-    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
-    let mean_x = logs.iter().map(|p| p.0).sum::<f64>() / count;
-    let mean_y = logs.iter().map(|p| p.1).sum::<f64>() / count;
-    let over = logs.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum::<f64>();
-    over / logs.iter().map(|(x, _)| (x - mean_x).powi(2)).sum::<f64>()
 }
 
 /// Exponents of brute force, and of cuts view by view.
@@ -145,14 +135,6 @@ fn speedup(_: &ClaimContext<'_>) -> Result<Judged, SuiteError> {
 mod tests {
     use super::*;
     use Verdict::{Open, Refuted, Reproduced};
-
-    #[test]
-    fn exponents_are_slopes() {
-        let points = |power: f64| [1.0, 10.0, 70.0].map(|x: f64| (x, 3.0 * x.powf(power)));
-        assert!((exponent(&points(0.5)) - 0.5).abs() < 1e-12);
-        assert!((exponent(&points(1.0)) - 1.0).abs() < 1e-12);
-        assert!(exponent(&[(2.0, 1.0), (2.0, 1.0)]).is_nan());
-    }
 
     #[test]
     fn growth_is_as_said_or_not() {
