@@ -222,6 +222,9 @@ pub struct Verify {
     /// Seed of random input.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Look for rare failures a hundred times as long: ten million rays and more.
+    #[arg(long)]
+    pub deep: bool,
     /// Part of an adapter's or backend's name.
     #[arg(long)]
     pub adapter: Option<String>,

@@ -62,7 +62,7 @@ pub fn played_by(script: &str, records: &Path) -> Options {
 pub fn every_gate_holds(problem: &'static dyn Problem) {
     let gpu = test_gpu();
     for seed in 0..3 {
-        let context = GateContext { gpu: gpu.filter(|_| seed == 0), cases: 24, seed };
+        let context = GateContext { gpu: gpu.filter(|_| seed == 0), cases: 24, seed, deep: false };
         let reports = verify::run(&[problem], None, &context, |_| {});
         for r in &reports {
             let passed = r.outcome == Outcome::Passed && r.checked > 0 && r.control_failed > 0;

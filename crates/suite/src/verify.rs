@@ -16,6 +16,8 @@ pub struct GateContext<'a> {
     pub cases: u32,
     /// Seed of all random input.
     pub seed: u64,
+    /// Whether gates that look for rare failures look a hundred times as long.
+    pub deep: bool,
 }
 
 /// What one run of a gate saw.
@@ -299,7 +301,7 @@ mod tests {
     }
 
     fn outcome(run: fn() -> Tally, control: fn() -> Tally) -> Outcome {
-        let context = GateContext { gpu: None, cases: 1, seed: 0 };
+        let context = GateContext { gpu: None, cases: 1, seed: 0, deep: false };
         run_gate("p", &gate(run, control), &context).outcome
     }
 
@@ -314,7 +316,7 @@ mod tests {
 
     #[test]
     fn a_control_is_caught_by_a_refusal_and_not_by_a_broken_environment() {
-        let context = GateContext { gpu: None, cases: 1, seed: 0 };
+        let context = GateContext { gpu: None, cases: 1, seed: 0, deep: false };
         let with = |control: fn() -> SuiteError| {
             let honest = gate(|| tally(&[0.5]), || tally(&[]));
             let gate = Gate { control: Box::new(move |_| Err(control())), ..honest };

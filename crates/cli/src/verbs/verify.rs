@@ -48,8 +48,10 @@ fn verify(args: &args::Verify) -> Result<Outcome> {
         gpu: gpu.as_ref(),
         cases: args.cases.or(wanted).unwrap_or(DEFAULT_CASES).max(1),
         seed: args.seed,
+        deep: args.deep,
     };
-    let key = format!("{} cases, seed {}", context.cases, context.seed);
+    let depth = if context.deep { ", deep" } else { "" };
+    let key = format!("{} cases, seed {}{depth}", context.cases, context.seed);
     let mut journal = Journal::begin(&args.records, "verify", &key, &command_line(), args.feed);
     let adapter = journal::adapter_name(gpu.as_ref());
     let mut told = Ok(());

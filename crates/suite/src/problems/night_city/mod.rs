@@ -6,6 +6,7 @@
 pub mod case;
 mod claims;
 pub mod errors;
+mod gates;
 pub mod method;
 pub mod settings;
 mod spec;
@@ -42,7 +43,7 @@ impl Problem for NightCity {
     }
 
     fn gates(&self) -> Vec<Gate> {
-        Vec::new()
+        gates::all()
     }
 
     fn claims(&self) -> Vec<Claim> {

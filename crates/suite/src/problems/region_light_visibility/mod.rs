@@ -7,6 +7,7 @@
 pub mod case;
 mod claims;
 pub mod faces;
+mod gates;
 mod picture;
 pub mod settings;
 pub mod spec;
@@ -45,7 +46,7 @@ impl Problem for RegionLightVisibility {
     }
 
     fn gates(&self) -> Vec<Gate> {
-        Vec::new()
+        gates::all()
     }
 
     fn claims(&self) -> Vec<Claim> {
