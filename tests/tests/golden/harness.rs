@@ -1,6 +1,6 @@
 //! The folder of references, and controls: what must fail does.
 
-use crate::{cities, lights, partition, shadows, translucent};
+use crate::{cities, lights, night, partition, regions, shadows, translucent};
 use dapple_tests::golden::{
     EXACT, LSB, Picture, RASTER, Tolerance, assert_golden_in, audit, compare, goldens_folder,
     reference,
@@ -8,13 +8,15 @@ use dapple_tests::golden::{
 use std::{fs, panic, path::Path};
 
 /// How many there are: one that is lost from a list would not be missed.
-const GOLDENS: usize = 70;
+const GOLDENS: usize = 81;
 
 fn goldens() -> Vec<(String, Tolerance)> {
     let mut all = shadows::goldens();
     all.extend(translucent::goldens());
     all.extend(cities::goldens());
     all.extend(lights::goldens());
+    all.extend(regions::goldens());
+    all.extend(night::goldens());
     all.push((partition::NAME.into(), EXACT));
     all
 }

@@ -4,7 +4,9 @@
 mod cities;
 mod harness;
 mod lights;
+mod night;
 mod partition;
+mod regions;
 mod shadow_truth;
 mod shadows;
 mod translucent;
