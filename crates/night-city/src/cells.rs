@@ -81,6 +81,11 @@ impl NodeCell {
         self.faced(object).all()
     }
 
+    /// Directions that any of some objects faces.
+    pub fn directions_of(&self, objects: &[u32]) -> Directions {
+        objects.iter().fold(0, |all, object| all | self.directions(*object))
+    }
+
     /// Bytes.
     pub fn bytes(&self) -> u64 {
         (size_of::<Self>() + size_of_val(&self.objects[..])) as u64

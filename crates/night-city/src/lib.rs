@@ -14,7 +14,6 @@ mod heights;
 pub mod lists;
 mod pipeline;
 mod settings;
-mod steady;
 mod surfaces;
 mod town;
 

@@ -36,9 +36,6 @@ pub struct Night {
     /// Whether a cell is around all that lies below its node, so that its precuts stay valid whatever
     /// comes into sight. Otherwise it is around what is visible: smaller, and found anew for more.
     pub whole_boxes: bool,
-    /// Share of [`Night::tau_px`] that a cell that was divided has to cover at most to be joined again,
-    /// in 0..=1: what covers about as much as the threshold does not change from frame to frame.
-    pub rejoin: f64,
     /// How long precuts are kept, and how many.
     pub keeping: Keeping,
     /// Most precuts found in a frame; `None`: all that are needed. Cells that have to wait start at
@@ -69,7 +66,6 @@ impl Default for Night {
             tau_px: 16_384.0,
             split: Part::default(),
             whole_boxes: true,
-            rejoin: 1.0,
             keeping: Keeping { validity: Some(50), ..Keeping::default() },
             budget: None,
             precomputed: false,
@@ -99,9 +95,6 @@ impl Night {
         }
         if self.keeping.validity == Some(0) {
             return Err(NightError::value("validity", "0 is not at least 1 frame"));
-        }
-        if !(0.0..=1.0).contains(&self.rejoin) {
-            return Err(NightError::value("rejoin", format!("{} is not in 0..=1", self.rejoin)));
         }
         if self.heights > MOST_HEIGHTS {
             let limit = format!("{} is not at most {MOST_HEIGHTS}", self.heights);
@@ -154,8 +147,6 @@ mod tests {
         assert!(refused(Night { cut, ..night }).starts_with("threshold: -1"));
         let drawn = Night { precomputed: true, whole_boxes: false, ..night };
         assert!(refused(drawn).starts_with("precomputed"));
-        assert!(refused(Night { rejoin: 1.5, ..night }).starts_with("rejoin: 1.5"));
-        assert!(refused(Night { rejoin: f64::NAN, ..night }).starts_with("rejoin: NaN"));
         assert!(refused(Night { heights: 65, ..night }).starts_with("heights: 65"));
         let all = Night { heights: 1, region: RegionTechnique::Everything, ..night };
         assert!(refused(all).starts_with("heights: need"));

@@ -24,9 +24,18 @@ fn furthest(a: &[Vec3], b: &[Vec3]) -> f32 {
 
 #[test]
 fn a_device_lights_what_the_processor_does_overlapped_or_not() {
+    overlapped_or_not(Night::default());
+}
+
+/// Heights of nodes are looked at there too.
+#[test]
+fn a_device_lights_what_the_processor_does_by_height() {
+    overlapped_or_not(Night { heights: 3, ..Night::default() });
+}
+
+fn overlapped_or_not(night: Night) {
     let Some(gpu) = test_gpu() else { return };
     let town = along("tour", 48, (40..46).chain([125]));
-    let night = Night::default();
     let expected = images(&town, &night, None);
     let device = Device::new(gpu, town.world(false)).unwrap();
     let found = images(&town, &night, Some(&device));

@@ -1,18 +1,22 @@
 //! Everything of a frame before its pixels are lit: what is seen, its cells, and which lights may
 //! reach them.
 
+mod brightest;
+mod evaluate;
+
+pub use brightest::CellLight;
+
 use crate::{
     Counts, Night, NightError, Town,
-    cells::{Directions, Faced, NodeCell, WholeCells, each},
+    cells::{Directions, Faced, NodeCell, WholeCells},
     coherence::{Keeping, Kept, Key},
     drawer::Drawer,
     heights::Heights,
-    lists::{List, Precut},
-    steady::Steady,
+    lists::List,
 };
 use dapple_many_lights::{
     cut::{StartList, Starts},
-    region::{Direction, Many, RegionTechnique, Steps, ViewCell, levels_of_detail, make},
+    region::{Direction, Many, RegionTechnique, Steps, ViewCell, make},
 };
 use dapple_occlusion::camera::{
     self, Cells, Coverage, State, cells::CellLimits, exact_coverage, software, techniques,
@@ -39,7 +43,6 @@ pub struct Front<'g> {
     starts: Starts,
     /// Of the last frame.
     cells: Cells,
-    steady: Steady,
     precomputing_ns: u64,
 }
 
@@ -56,15 +59,6 @@ pub struct Prepared {
     pub counts: Counts,
 }
 
-/// The most light that the points of a cell may get.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CellLight {
-    /// Node of the scene's hierarchy.
-    pub node: u32,
-    /// Radiance of a white surface, linear, largest channel: of the brightest of its faces.
-    pub radiance: f64,
-}
-
 /// A cell of a frame.
 struct Shown {
     /// Whose precuts its objects start at: that of the cell, or one above it.
@@ -77,15 +71,6 @@ struct Shown {
     directions: Directions,
     /// Whether there are no precuts for it: its objects start at the roots.
     late: bool,
-}
-
-/// A precut to be found.
-struct Asked {
-    /// Of the cell.
-    index: usize,
-    key: Key,
-    /// As [`Kept::put`] takes them.
-    objects: Vec<u32>,
 }
 
 impl Shown {
@@ -129,7 +114,6 @@ impl<'g> Front<'g> {
             below: Vec::new(),
             list: List::default(),
             cells: Cells::default(),
-            steady: Steady::default(),
         };
         front.precompute()?;
         Ok(front)
@@ -141,7 +125,6 @@ impl<'g> Front<'g> {
     /// The device's.
     pub fn reset(&mut self) -> Result<(), NightError> {
         self.state.reset(self.drawer.renderer())?;
-        self.steady = Steady::default();
         if !self.night.precomputed {
             self.kept.reset();
         }
@@ -157,10 +140,8 @@ impl<'g> Front<'g> {
         self.see(index)?;
         let seen = Instant::now();
         let tau_px = self.night.tau_of(self.town.size(index));
-        let Self { town, state, steady, night, .. } = self;
-        let coverage = steady.coverage(&town.tree, state.coverage(), tau_px, night.rejoin);
-        let cells = divide(town, night, coverage, &self.drawn.drawn, tau_px)?;
-        self.steady.divided(&self.town.tree, &cells);
+        let coverage = self.state.coverage();
+        let cells = divide(&self.town, &self.night, coverage, &self.drawn.drawn, tau_px)?;
         let mut shown = self.shown(&cells);
         let divided = Instant::now();
         self.kept.begin();
@@ -212,34 +193,6 @@ impl<'g> Front<'g> {
         self.heights.as_ref().map(Heights::steps).unwrap_or_default()
     }
 
-    /// The most light that each cell of the last frame may get from what its objects start at, for
-    /// levels of detail of the next ([`levels_of_detail::Levels`]): in the order of the cells. Clusters
-    /// are divided while they may give more than `threshold`, radiance of a white surface. What a
-    /// precut left out as too weak is no part of it; heights are not used.
-    pub fn brightest(&mut self, threshold: f64) -> Vec<CellLight> {
-        let Self { town, whole, cells, starts, .. } = self;
-        let clamp_m = town.world(false).clamp_m;
-        let mut of_cells = Vec::with_capacity(cells.cells.len());
-        for (index, cell) in cells.cells.iter().enumerate() {
-            let around = whole.of(town, cell.node);
-            let mut lists: Vec<u32> = cells.objects_of(index).to_vec();
-            lists.sort_unstable_by_key(|object| starts.range(*object));
-            lists.dedup_by_key(|object| starts.range(*object));
-            let bound = |object: &u32| {
-                let faces = each(around.faced(*object).all());
-                let regions = faces.filter_map(|d| around.cell.face(d)).map(|face| face.region);
-                let of = |region| {
-                    let nodes = starts.of(*object);
-                    levels_of_detail::brightest(&town.lights, nodes, &region, clamp_m, threshold)
-                };
-                regions.map(|region| of(region).radiance).fold(0.0, f64::max)
-            };
-            let radiance = lists.iter().map(bound).fold(0.0, f64::max);
-            of_cells.push(CellLight { node: cell.node, radiance });
-        }
-        of_cells
-    }
-
     /// Precuts that are kept.
     pub fn kept(&self) -> &Kept {
         &self.kept
@@ -277,7 +230,7 @@ impl<'g> Front<'g> {
         for (index, cell) in cells.cells.iter().enumerate() {
             let whole = self.whole.of(&self.town, cell.node);
             let objects = cells.objects_of(index);
-            let directions = faced_by(&whole, objects);
+            let directions = whole.directions_of(objects);
             let shrunk = match self.night.whole_boxes {
                 true => None,
                 false => Some(whole.shrunk(&self.town.surfaces, objects)),
@@ -285,80 +238,6 @@ impl<'g> Front<'g> {
             shown.push(Shown { node: cell.node, whole, shrunk, directions, late: false });
         }
         shown
-    }
-
-    /// Finds every precut of the cells that is not kept, or no longer valid; at most `budget`: those
-    /// first that are not kept at all, the cells that cover most before others. How many those were.
-    fn evaluate(&mut self, cells: &Cells, shown: &[Shown], budget: usize) -> u64 {
-        let mut asked: Vec<Asked> = Vec::new();
-        for (index, shown) in shown.iter().enumerate() {
-            let mut objects = Vec::new();
-            if !self.night.whole_boxes {
-                objects.extend_from_slice(cells.objects_of(index));
-                objects.sort_unstable();
-            }
-            for direction in each(shown.directions) {
-                let key = Key { node: shown.node, direction };
-                if self.kept.wants(key, &objects) {
-                    asked.push(Asked { index, key, objects: objects.clone() });
-                }
-            }
-        }
-        if asked.len() > budget {
-            let (kept, coverage) = (&self.kept, self.state.coverage());
-            asked.sort_by_key(|asked| {
-                let is_kept = kept.get(asked.key).is_some();
-                (is_kept, u32::MAX - coverage[asked.key.node as usize], asked.key)
-            });
-            asked.truncate(budget);
-        }
-        let question = |asked: &Asked| (shown[asked.index].cell(), asked.key.direction);
-        let questions: Vec<(&ViewCell, Direction)> = asked.iter().map(question).collect();
-        self.many.all(&questions, &mut self.found);
-        if let Some(heights) = &self.heights {
-            heights.all(&questions, &self.found, &mut self.below);
-        }
-        for (place, (asked, nodes)) in asked.iter().zip(&self.found).enumerate() {
-            let hidden_below = match self.heights {
-                Some(_) => &self.below[place][..],
-                None => &[],
-            };
-            self.kept.put(asked.key, &asked.objects, Precut { nodes, hidden_below });
-        }
-        asked.len() as u64
-    }
-
-    /// Lets cells whose precuts the budget left no room for start at those of the nearest cell above
-    /// them that has all it takes, or else at the roots: more lights, none missing. How many cells.
-    fn fall_back(&mut self, cells: &Cells, shown: &mut [Shown]) -> u64 {
-        let Self { town, whole, kept, .. } = self;
-        let is_kept = |kept: &Kept, node: u32, directions: Directions| {
-            each(directions).all(|direction| kept.get(Key { node, direction }).is_some())
-        };
-        let mut late = 0;
-        for (index, shown) in shown.iter_mut().enumerate() {
-            if is_kept(kept, shown.node, shown.directions) {
-                continue;
-            }
-            late += 1;
-            shown.late = true;
-            let mut node = shown.node;
-            while node != 0 && shown.late {
-                node = town.tree.nodes[node as usize].parent;
-                let any = |direction| kept.get(Key { node, direction }).is_some();
-                // The cell of all is not made for nothing.
-                if !Direction::ALL.into_iter().any(any) {
-                    continue;
-                }
-                let above = whole.of(town, node);
-                let directions = faced_by(&above, cells.objects_of(index));
-                if is_kept(kept, node, directions) {
-                    each(directions).for_each(|direction| kept.touch(Key { node, direction }));
-                    *shown = Shown { node, whole: above, shrunk: None, directions, late: false };
-                }
-            }
-        }
-        late
     }
 
     /// Gives every visible object its list: objects of a cell whose surfaces face the same directions
@@ -429,9 +308,4 @@ fn divide(
 ) -> Result<Cells, NightError> {
     let limits = CellLimits { tau_px, most_level: town.most_level(night.split) };
     Ok(view_cells(&town.tree, coverage, town.levels(), visible, limits)?)
-}
-
-/// Directions that any of some objects faces.
-fn faced_by(cell: &NodeCell, objects: &[u32]) -> Directions {
-    objects.iter().fold(0, |all, object| all | cell.directions(*object))
 }

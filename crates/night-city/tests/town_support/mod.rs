@@ -10,7 +10,11 @@ use dapple_many_lights::{
 };
 use dapple_night_city::{Device, Given, Night, Pipeline, Town, frame};
 use dapple_occlusion::camera::{Objects, View, city_keys};
-use dapple_scene::{Camera, city, generate};
+use dapple_scene::{
+    Camera,
+    city::{self, City},
+    generate,
+};
 use dapple_trace::Tracer;
 use glam::Vec3;
 use std::sync::Arc;
@@ -30,7 +34,16 @@ pub fn along(path: &str, width: u32, frames: impl Iterator<Item = u32>) -> Arc<T
 
 /// A generated city at frames of a path.
 pub fn town(name: &str, path: &str, width: u32, frames: impl Iterator<Item = u32>) -> Arc<Town> {
-    let city = city::generate(&generate::city_knobs(name).unwrap(), 1).unwrap();
+    of_city(&city::generate(&generate::city_knobs(name).unwrap(), 1).unwrap(), path, width, frames)
+}
+
+/// A city at frames of a path.
+pub fn of_city(
+    city: &City,
+    path: &str,
+    width: u32,
+    frames: impl Iterator<Item = u32>,
+) -> Arc<Town> {
     let city::CityScene { scene, parts } = city.scene();
     let (objects, owners) = Objects::from_scene(&scene, OBJECT_TRIANGLES).unwrap();
     let origin = objects.origin;
@@ -43,7 +56,7 @@ pub fn town(name: &str, path: &str, width: u32, frames: impl Iterator<Item = u32
     let views = cameras.iter().map(view).collect();
     let trace = |camera| frame(&scene, &tracer, &objects, &owners, camera, size);
     let frames = cameras.iter().map(trace).collect();
-    let (lights, paths) = keys(&city, origin, Levels::default());
+    let (lights, paths) = keys(city, origin, Levels::default());
     let tree = Arc::new(LightTree::by_keys(&lights, &paths).unwrap());
     let world = World { origin, lights, frames, clamp_m: CLAMP_M, occluders: None };
     let keys = city_keys(&parts, &scene, &owners, &objects);
@@ -56,7 +69,7 @@ pub fn town(name: &str, path: &str, width: u32, frames: impl Iterator<Item = u32
         views,
         world,
         lights: tree,
-        occluders: Arc::new(Occluders::of_city(&city, origin)),
+        occluders: Arc::new(Occluders::of_city(city, origin)),
         tracer,
     };
     Arc::new(Town::new(given).unwrap())
