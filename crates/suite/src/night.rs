@@ -147,6 +147,10 @@ pub fn part(word: &str) -> Result<Part, SuiteError> {
         "storey" => Ok(Part::Storey),
         "facade" => Ok(Part::Facade),
         "building" => Ok(Part::Building),
-        word => Err(SuiteError::Internal(format!("no part of a city is a {word}"))),
+        word => Err(SuiteError::unknown(
+            "part of a city",
+            word,
+            ["any", "storey", "facade", "building"],
+        )),
     }
 }

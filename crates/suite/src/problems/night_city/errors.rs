@@ -42,18 +42,21 @@ impl Causes {
     /// The metrics.
     pub fn errors(&self) -> BTreeMap<String, f64> {
         let [cull, irradiance, cut, leak] = self.most;
-        // Without any light there is none to leak either.
-        let mean_leak = if self.leak == 0.0 { 0.0 } else { self.leak / self.truth };
-        [
+        let mut errors: BTreeMap<String, f64> = [
             ("e_cull", cull),
             ("e_irr", irradiance),
             ("e_cut", cut),
             ("e_leak", leak),
-            ("leak", mean_leak),
             ("lost_lights", self.lost as f64 / self.pixels.max(1) as f64),
         ]
         .map(|(name, value)| (name.to_string(), value))
-        .into()
+        .into();
+        // Where nothing is lit and something leaks, it is no share of anything.
+        if self.leak == 0.0 || self.truth > 0.0 {
+            let share = if self.leak == 0.0 { 0.0 } else { self.leak / self.truth };
+            errors.insert("leak".into(), share);
+        }
+        errors
     }
 }
 
@@ -142,5 +145,13 @@ mod tests {
         let errors = causes.errors();
         assert_eq!((errors["e_cut"], errors["e_leak"]), (0.25, 0.25));
         assert_eq!((errors["leak"], errors["lost_lights"], errors["e_cull"]), (0.25, 1.5, 0.0));
+    }
+    #[test]
+    fn what_leaks_where_nothing_is_lit_is_no_share() {
+        let mut causes = Causes::default();
+        causes.add(&Parts { leak: DVec3::splat(0.25), ..Parts::default() });
+        let errors = causes.errors();
+        assert_eq!(errors["e_leak"], 0.25);
+        assert!(!errors.contains_key("leak") && errors.values().all(|e| e.is_finite()));
     }
 }
