@@ -10,7 +10,10 @@ mod gates;
 pub mod method;
 pub mod settings;
 mod spec;
+mod stress;
 mod subject;
+#[cfg(test)]
+mod tests;
 
 pub use case::NightCase;
 pub use spec::SPEC;
@@ -51,6 +54,6 @@ impl Problem for NightCity {
     }
 
     fn stress(&self) -> Vec<Axis> {
-        Vec::new()
+        stress::axes()
     }
 }

@@ -11,7 +11,10 @@ mod gates;
 mod picture;
 pub mod settings;
 pub mod spec;
+mod stress;
 mod subject;
+#[cfg(test)]
+mod tests;
 pub mod truth;
 
 pub use case::RegionCase;
@@ -54,6 +57,6 @@ impl Problem for RegionLightVisibility {
     }
 
     fn stress(&self) -> Vec<Axis> {
-        Vec::new()
+        stress::axes()
     }
 }
