@@ -63,10 +63,14 @@ fn facade_cluster(setting: &Setting, seed: u64, default: Night) -> Result<Night,
         0 => None,
         frames => Some(frames as u32),
     };
+    let capacity_bytes = match knobs.int("capacity")? {
+        0 => None,
+        kib => Some(1024 * kib as u64),
+    };
     Ok(Night {
         tau_px: knobs.int("tau")? as f64,
         split: smallest,
-        keeping: Keeping { validity, seed, ..default.keeping },
+        keeping: Keeping { validity, capacity_bytes, seed },
         budget: match knobs.int("budget")? {
             0 => None,
             most => Some(most as u32),

@@ -6,7 +6,7 @@ use crate::{
     problem::{
         Constraint, Form, Metric, ONLY, Spec, Technique, Variant, metric, technique_in, variant,
     },
-    problems::region_light_visibility::spec::{DIVISIONS, EDGE, LEAST_STEP, OCCLUDERS},
+    problems::region_light_visibility::spec::{DIVISIONS, EDGE, LEAST_STEP},
 };
 
 /// The declaration.
@@ -113,11 +113,25 @@ const BUDGET: Knob = Knob::int(
     "most cells and directions a frame whose lights are found; the rest wait, and leak more; 0: all",
 )
 .useful(0.0, 200.0);
+const CAPACITY: Knob = Knob::int(
+    "capacity",
+    [0, 0, 1_000_000],
+    "most that kept lists may take beside the frame's own, the longest unused go first; 0: any",
+)
+.unit("KiB")
+.useful(16.0, 4096.0);
 const RAYS: Knob = Knob::choice(
     "shadow_rays",
     &["off", "on"],
     "whether each cluster that a pixel adds up costs a shadow ray: what stops leaks",
 );
+const OCCLUDERS: Knob = Knob::choice(
+    "occluders",
+    &["boxes", "runs", "bounding-boxes"],
+    "what hides: boxes inside buildings; those and gap-free runs of them; boxes around clusters of \
+     them (thesis, not sound)",
+);
+
 const FUSION: &[Variant] = &[
     variant("height-ordered", "shadows are joined anew at each plane, the tallest first"),
     variant("insertion", "shadows are joined as they come (thesis)"),
@@ -144,8 +158,8 @@ const TECHNIQUES: &[Technique] = &[
         "conte2018",
         FUSION,
         &[
-            CUT, THRESHOLD, TAU, MOST_SPLIT, HEIGHTS, VALIDITY, BUDGET, RAYS, EDGE, OCCLUDERS,
-            LEAST_STEP, DIVISIONS,
+            CUT, THRESHOLD, TAU, MOST_SPLIT, HEIGHTS, VALIDITY, CAPACITY, BUDGET, RAYS, EDGE,
+            OCCLUDERS, LEAST_STEP, DIVISIONS,
         ],
     ),
     technique_in(

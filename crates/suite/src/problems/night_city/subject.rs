@@ -168,6 +168,7 @@ impl NightSubject<'_, '_> {
             ("cells", sum(|c| c.cells)),
             ("evaluations", sum(|c| c.evaluations)),
             ("evaluations_at_start", first),
+            ("late_cells", sum(|c| c.late)),
             ("lists", sum(|c| c.lists)),
             ("list_nodes", sum(|c| c.list_nodes)),
             ("most_list_bytes", most(|c| c.list_bytes)),

@@ -238,7 +238,7 @@ fn occluders(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteErro
         false => APART,
     };
     let case = city(seen, context.seed, None)?;
-    let modes: &[&str] = if faulty { &["bounding-boxes"] } else { &["boxes", "runs", "objects"] };
+    let modes: &[&str] = if faulty { &["bounding-boxes"] } else { &["boxes", "runs"] };
     for mode in modes {
         let given = [("occluders", json!(mode)), ("least_step", json!(0.0))];
         let lost = errors(&case, technique, "height-ordered", &given)?["lost_lights"];
