@@ -39,6 +39,28 @@ problem = "many-lights"
 parameters = { width = [64], frames = [2], truth_pixels = [256] }
 "#;
 
+const REGIONS: &str = r#"
+about = "every way to find which lights of the small city reach a street's facades"
+[[measure]]
+problem = "region-light-visibility"
+parameters = { width = [64], truth_faces = [4], truth_lights = [128], truth_points = [32] }
+"#;
+
+const NIGHT: &str = r#"
+about = "whole frames of a street of the small city"
+[[measure]]
+problem = "night-city"
+parameters = { width = [64], frames = [2], truth_pixels = [48] }
+"#;
+
+fn regions(criterion: &mut Criterion) {
+    dapple_benches::sweep(criterion, "regions", REGIONS);
+}
+
+fn night(criterion: &mut Criterion) {
+    dapple_benches::sweep(criterion, "night", NIGHT);
+}
+
 fn lights(criterion: &mut Criterion) {
     dapple_benches::sweep(criterion, "lights", LIGHTS);
 }
@@ -59,5 +81,5 @@ fn partition(criterion: &mut Criterion) {
     dapple_benches::sweep(criterion, "partition", PARTITION);
 }
 
-criterion_group!(frames, shadows, translucent, partition, visibility, lights);
+criterion_group!(frames, shadows, translucent, partition, visibility, lights, regions, night);
 criterion_main!(frames);
