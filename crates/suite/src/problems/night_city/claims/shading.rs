@@ -1,7 +1,7 @@
 //! What lighting pixels costs, by point of view.
 
 use super::{
-    support::{COARSE, VIEWS, night, pipeline, prepared},
+    support::{ABOUT, COARSE, VIEWS, night, pipeline, prepared},
     verdict::{figure, judged},
 };
 use crate::{
@@ -18,20 +18,23 @@ pub fn claims() -> Vec<Claim> {
                     long street can be cheaper than the close-ended one",
         place: "Conte 2018, section 5.4 and table 5.VI: 29.7 against 38.4 ms",
         method: "6 x 6 city, 96 x 72, R4 at T = 1/1020: nodes visited in a frame, and the product of \
-                 pixels that show walls and the mean nodes of their lists, by view. Met if the street \
-                 visits fewer nodes than the close-ended street and its product is less; contradicted \
-                 if it visits as many or more while its product is less, or the other way round: cost \
-                 would not follow. Open where both are more: then these views do not show it",
+                 pixels that show walls and the mean nodes of their lists, by view. Cost \
+                 follows where the street's nodes over the close-ended street's are within a factor of \
+                 1.5 of the products' ratio: else contradicted. Met if the street also visits fewer; \
+                 open where it does not: then these views do not show it",
         judge: Box::new(|_| shading()),
     }]
 }
 
 /// Nodes visited and product, of the close-ended street and of the long one.
 fn follows(close_ended: [f64; 2], street: [f64; 2]) -> Verdict {
-    match [0, 1].map(|at| street[at] < close_ended[at]) {
-        [true, true] => Verdict::Reproduced,
-        [false, false] => Verdict::Open,
-        _ => Verdict::Refuted,
+    let [cost, product] = [0, 1].map(|at| street[at] / close_ended[at]);
+    if !(1.0 / ABOUT..=ABOUT).contains(&(cost / product)) {
+        Verdict::Refuted
+    } else if cost < 1.0 {
+        Verdict::Reproduced
+    } else {
+        Verdict::Open
     }
 }
 
@@ -81,5 +84,6 @@ mod tests {
         assert_eq!(follows([2.0, 2.0], [3.0, 3.0]), Open);
         assert_eq!(follows([2.0, 2.0], [3.0, 1.0]), Refuted);
         assert_eq!(follows([2.0, 2.0], [1.0, 3.0]), Refuted);
+        assert_eq!(follows([2.0, 2.0], [f64::NAN, 3.0]), Refuted);
     }
 }

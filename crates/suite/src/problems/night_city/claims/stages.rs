@@ -54,7 +54,8 @@ pub fn claims() -> Vec<Claim> {
             "Culling clusters that are too weak saves a seventh",
             1,
             "the same with buildings alone at threshold 0 over threshold 1/1020. Any gain is met, as \
-             1.15 within a factor of 1.5 allows none below 1; no gain contradicts. Tests of clusters, \
+             1.15 within a factor of 1.5 allows none below 1; no gain contradicts, and what is within the \
+             median's own deviation is open. Tests of clusters, \
              which decide where time does, stand beside",
         ),
         claim(
@@ -63,7 +64,7 @@ pub fn claims() -> Vec<Claim> {
             2,
             "evaluations a frame of a camera that stands, of which each frame finds all, over those \
              that are found where precuts are kept for 50: frames 61 to 120, the first 60 being its \
-             start. 3.76 within a factor of 1.5 is met. The source's ratio is of whole frames, and \
+             start. 3.76 within a factor of 1.5, or more, is met. The source's ratio is of whole frames, and \
              bounded by their shading. A walk's evaluations and times stand beside",
         ),
         claim(
@@ -71,15 +72,16 @@ pub fn claims() -> Vec<Claim> {
             "All three together make frames more than ten times as fast",
             3,
             "time to find the lists of a frame with all objects, threshold 0 and nothing kept, over the \
-             mean of frames 61 to 120 with buildings, 1/1020 and 50 frames. 12.9 within a factor of 1.5 \
-             is met, no gain contradicts",
+             mean of frames 61 to 120 with buildings, 1/1020 and 50 frames. 12.9 within a factor of 1.5, \
+             or more, is met, no gain contradicts",
         ),
     ]
 }
 
 /// What the table's rows came out as.
 struct Stages {
-    ratios: [f64; 4],
+    /// With what their medians may be off.
+    ratios: [(f64, f64); 4],
     figures: Vec<Figure>,
 }
 
@@ -89,7 +91,7 @@ fn gain(
     slow: &mut Front<'static>,
     fast: &mut Front<'static>,
     figures: &mut Vec<Figure>,
-) -> Result<f64, SuiteError> {
+) -> Result<(f64, f64), SuiteError> {
     let mut counts = Vec::new();
     for front in [&mut *slow, &mut *fast] {
         let before = front.steps();
@@ -110,7 +112,7 @@ fn gain(
     let time = paired(PAIRS, || one(slow), || one(fast))?;
     figures.push(figure(format!("{what}: time to find lists"), time.median, "times"));
     figures.push(figure(format!("{what}: the same, MAD"), time.mad, ""));
-    Ok(time.median)
+    Ok((time.median, time.mad))
 }
 
 /// Evaluations and times of a walk, all found anew over kept.
@@ -162,10 +164,13 @@ fn measure() -> Result<Stages, SuiteError> {
         figure("all three: time to find lists", all_three, "times"),
     ]);
     walk(&mut figures)?;
-    Ok(Stages { ratios: [buildings, weak, coherence, all_three], figures })
+    Ok(Stages { ratios: [buildings, weak, (coherence, 0.0), (all_three, 0.0)], figures })
 }
 
-fn decide(part: usize, ratio: f64) -> Verdict {
+fn decide(part: usize, (ratio, off): (f64, f64)) -> Verdict {
+    if (ratio - 1.0).abs() < off {
+        return Verdict::Open;
+    }
     SAID.get(part).map_or(Verdict::Open, |said| about_times(ratio, *said))
 }
 
@@ -189,9 +194,9 @@ fn judge(part: usize) -> Result<Judged, SuiteError> {
     };
     let of_part = |f: &&Figure| prefixes.iter().any(|prefix| f.what.starts_with(prefix));
     let figures = made.figures.iter().filter(of_part).cloned().collect();
-    let ratio = made.ratios[part.min(3)];
+    let (ratio, off) = made.ratios[part.min(3)];
     let because = format!("{ratio:.2} times, where the source has {:.2}", SAID[part.min(3)]);
-    Ok(judged(decide(part, ratio), because, figures))
+    Ok(judged(decide(part, (ratio, off)), because, figures))
 }
 
 #[cfg(test)]
@@ -201,10 +206,11 @@ mod tests {
 
     #[test]
     fn each_saving_is_met_or_not() {
-        assert_eq!([2.0, 1.2, 0.9].map(|r| decide(0, r)), [Reproduced, Open, Refuted]);
-        assert_eq!([1.1, 1.0].map(|r| decide(1, r)), [Reproduced, Refuted]);
-        assert_eq!([50.0, 2.0, 1.0].map(|r| decide(2, r)), [Reproduced, Open, Refuted]);
-        assert_eq!([9.0, 8.0, f64::NAN].map(|r| decide(3, r)), [Reproduced, Open, Refuted]);
-        assert_eq!(decide(4, 9.0), Open);
+        let of = |part, ratio| decide(part, (ratio, 0.0));
+        assert_eq!([2.0, 1.2, 0.9].map(|r| of(0, r)), [Reproduced, Open, Refuted]);
+        assert_eq!([1.1, 1.0].map(|r| of(1, r)), [Reproduced, Refuted]);
+        assert_eq!([50.0, 2.0, 1.0].map(|r| of(2, r)), [Reproduced, Open, Refuted]);
+        assert_eq!([9.0, 8.0, f64::NAN].map(|r| of(3, r)), [Reproduced, Open, Refuted]);
+        assert_eq!([decide(1, (1.1, 0.2)), of(4, 9.0)], [Open, Open]);
     }
 }
