@@ -92,7 +92,8 @@ impl Made {
     /// What was made, with three lights a storey of each wall that is not shared.
     pub fn city(self, seed: u64) -> Result<City, SuiteError> {
         let mut city = self.0;
-        city.blocks = vec![0..city.buildings.len() as u32];
+        let all = 0..city.buildings.len() as u32;
+        city.blocks.push(all);
         windows::light(&mut city, windows::LIGHTS_PER_STOREY, seed)?;
         Ok(city)
     }
