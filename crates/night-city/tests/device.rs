@@ -1,4 +1,5 @@
 //! Frames on a device: those of the processor.
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod town_support;
 
@@ -57,7 +58,8 @@ fn overlapped_or_not(night: Night) {
             Ok(())
         })
         .unwrap();
-    println!("sum of stages and frame, ns: {times:?}");
+    // Stages that run beside each other are each as long as they are.
+    assert!(times.iter().all(|(stages, frame)| *stages > 0 && *frame > 0), "{times:?}");
     assert!(overlapped == found);
 }
 
