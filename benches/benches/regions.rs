@@ -43,7 +43,7 @@ const FUSIONS: [(&str, Fusion); 3] = [
 
 /// Houses of a long street, of one to seven storeys, one lot in eight empty.
 fn street(houses: usize) -> Vec<Cuboid> {
-    let lots = (0..).filter(|lot: &u32| hash(*lot) % 8 != 0);
+    let lots = (0..).filter(|lot: &u32| !hash(*lot).is_multiple_of(8));
     let house = |lot: u32| {
         let left = 6.0 * f64::from(lot) - 3.0 * houses as f64;
         let top = 3.0 * f64::from(1 + hash(lot ^ 0x5eed) % 7);
