@@ -136,7 +136,7 @@ fn bad_names_and_parameters_say_what_to_do() {
     assert!(view.to_string().contains("no view `moon`; there is: street, turn, tour"), "{view}");
     let file = prepare_error(&small("no/such.osm.pbf"));
     assert!(file.to_string().contains("no/such.osm.pbf"), "{file}");
-    for scene in ["cube", "light_cloud"] {
+    for scene in ["cube", "grass"] {
         let none = prepare_error(&small(scene));
         assert!(none.to_string().contains(&format!("scene {scene} is no city")), "{none}");
         assert_eq!(none.exit_code(), 2);

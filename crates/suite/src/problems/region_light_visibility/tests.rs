@@ -68,7 +68,8 @@ fn every_technique_passes_its_check_in_every_variant_and_form() {
                 let checked = check(&prepared, &s);
                 let names: BTreeSet<&str> = checked.errors.keys().map(String::as_str).collect();
                 assert_eq!(names, SPEC.metrics.iter().map(|m| m.name).collect(), "{s}");
-                assert!(checked.counters["faces"] > 0 && checked.memory_bytes > 0, "{s}");
+                assert!(checked.counters["faces"] > 0, "{s}");
+                assert!(checked.memory_bytes > 0 || technique.id == "all-lights", "{s}");
                 if technique.id != "sampled" {
                     assert_eq!(checked.errors["false_hidden"], 0.0, "{s}");
                 }
@@ -80,7 +81,7 @@ fn every_technique_passes_its_check_in_every_variant_and_form() {
                 }
                 let picture = subject.picture().unwrap().unwrap();
                 assert_eq!(picture.result.len(), (picture.width * picture.height) as usize, "{s}");
-                assert!(picture.truth.iter().any(|grey| *grey == 1.0), "{s}: nothing is seen");
+                assert!(picture.truth.contains(&1.0), "{s}: nothing is seen");
                 ran += 1;
             }
         }
@@ -130,7 +131,7 @@ fn bad_names_and_parameters_say_what_to_do() {
     assert!(view.to_string().contains("no view `moon`; there is: street, turn, tour"), "{view}");
     let file = prepare_error(&small("no/such.city.json"));
     assert!(file.to_string().contains("no/such.city.json"), "{file}");
-    for scene in ["cube", "light_cloud"] {
+    for scene in ["cube", "grass"] {
         let none = prepare_error(&small(scene));
         assert!(none.to_string().contains(&format!("scene {scene} is no city")), "{none}");
         assert_eq!(none.exit_code(), 2);

@@ -7,10 +7,10 @@ use crate::stress::{
 };
 
 /// The axes of knobs that all techniques of regions have; settings may give up as much as the criterion
-/// says.
-pub fn axes(posed: Posed, given_up: Criterion) -> Vec<Axis> {
+/// says. What stands for buildings is one of `solids`.
+pub fn axes(posed: Posed, given_up: Criterion, solids: &'static [&'static str]) -> Vec<Axis> {
     let knobs = Usual { criterion: given_up, ..posed.usual };
-    vec![least_step(knobs), divisions(knobs), edge(knobs), occluders(posed.usual)]
+    vec![least_step(knobs), divisions(knobs), edge(knobs), occluders(posed.usual, solids)]
 }
 
 fn least_step(knobs: Usual) -> Axis {
@@ -59,12 +59,12 @@ fn edge(knobs: Usual) -> Axis {
 }
 
 /// Boxes around buildings hide what is seen: judged as changes of the city are.
-fn occluders(usual: Usual) -> Axis {
+fn occluders(usual: Usual, solids: &'static [&'static str]) -> Axis {
     usual.of_knob(
         "occluders",
         "occluders",
         "what stands for buildings; boxes around clusters of them are not sound",
-        Values::Words(&["boxes", "runs", "bounding-boxes", "objects"]),
+        Values::Words(solids),
         0.0,
     )
 }

@@ -13,7 +13,9 @@ pub fn axes() -> Vec<Axis> {
         threshold(),
         tau(),
         most_split(),
+        heights(),
         validity(),
+        budget(),
         shadow_rays(),
         candidates(),
         neighbours(),
@@ -81,6 +83,34 @@ fn validity() -> Axis {
             "frames after which a cell's lights are found anew; 0: never again",
             Values::Whole { least: 0, greatest: 1_000_000, per_decade: 1 },
             50.0,
+        )
+    }
+}
+
+fn heights() -> Axis {
+    Axis {
+        criterion: SEEN,
+        ..KNOBS.of_knob(
+            "heights",
+            "cell-heights",
+            "heights of a cell up to which it is found what is hidden below them",
+            Values::Whole { least: 0, greatest: 8, per_decade: 3 },
+            0.0,
+        )
+    }
+}
+
+fn budget() -> Axis {
+    Axis {
+        parameters: STEPS,
+        // What waits leaks, and nothing else.
+        criterion: SEEN,
+        ..KNOBS.of_knob(
+            "budget",
+            "budget",
+            "most cells and directions a frame whose lights are found, from one; 0: all",
+            Values::Whole { least: 0, greatest: 1_000_000, per_decade: 1 },
+            0.0,
         )
     }
 }

@@ -23,7 +23,7 @@ pub fn axes() -> Vec<Axis> {
     [
         night::axes(POSED),
         motion::axes(),
-        night::knobs::axes(POSED, GIVEN_UP),
+        night::knobs::axes(POSED, GIVEN_UP, &["boxes", "runs", "bounding-boxes"]),
         knobs::axes(),
         vec![bad::bad_settings()],
     ]

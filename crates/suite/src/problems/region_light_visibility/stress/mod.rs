@@ -18,7 +18,8 @@ use crate::stress::{
 
 /// The extremes.
 pub fn axes() -> Vec<Axis> {
-    let regions = night::knobs::axes(POSED, GIVEN_UP);
+    const SOLIDS: &[&str] = &["boxes", "runs", "bounding-boxes", "objects"];
+    let regions = night::knobs::axes(POSED, GIVEN_UP, SOLIDS);
     [night::axes(POSED), regions, knobs::axes(), bad::axes()].into_iter().flatten().collect()
 }
 
