@@ -6,6 +6,10 @@ use dapple_many_lights::{self as lights, World};
 use dapple_occlusion::camera::{Image, Objects, Readiness, Renderer, gpu, software::Fast};
 use std::sync::Arc;
 
+/// When a device's answers are taken for there: by what was drawn and asked since, so that cells, and
+/// with them all counts, are the same on every run.
+const ANSWERS: Readiness = Readiness::Modelled(64);
+
 /// A renderer.
 pub enum Drawer<'g> {
     /// On the processor.
@@ -52,7 +56,8 @@ impl<'g> Drawer<'g> {
     /// Objects that are refused, or a device that is too small.
     pub fn new(objects: &Arc<Objects>, device: Option<&Device<'g>>) -> Result<Self, NightError> {
         if let Some(Device { gpu, objects: Some(scene), .. }) = device {
-            let renderer = gpu::Renderer::new(gpu, scene, gpu::Settings::default())?;
+            let settings = gpu::Settings { readiness: ANSWERS, ..gpu::Settings::default() };
+            let renderer = gpu::Renderer::new(gpu, scene, settings)?;
             return Ok(Self::Device(Box::new(renderer)));
         }
         let fast = Fast::new(Arc::clone(objects), Readiness::Modelled(0))?;
