@@ -203,3 +203,20 @@ proptest! {
         }
     }
 }
+
+/// The box of a turned face reaches beyond the box that its surfaces have along the axes: no light is
+/// seen from there alone.
+#[test]
+fn nothing_is_seen_from_where_no_surface_can_be() {
+    let light = lamp(DVec3::new(30.0, 1.0, 0.0));
+    let face = cell(DVec3::ZERO, DVec3::new(0.0, 2.0, 10.0), Direction::PlusX);
+    // Hidden from all but the last metre.
+    let wall = upright(DVec3::new(1.0, -1.0, -20.0), DVec3::new(2.0, 50.0, 8.5));
+    let mut street = street(vec![light], vec![wall], face, Direction::PlusX);
+    let found = |street: &Street| seen(&boxes_only(street), &[0], 50, 1).sightings[0];
+    assert!(found(&street).is_some_and(|sighting| sighting.from.z > 8.0));
+    for face in street.cell.faces.iter_mut().flatten() {
+        face.region.max.z = 8.0;
+    }
+    assert_eq!(found(&street), None);
+}

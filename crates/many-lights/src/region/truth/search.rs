@@ -3,12 +3,16 @@
 use super::obstacles::arrives;
 use super::points::Points;
 use super::{Obstacles, kept};
+use crate::bound::Region;
 use crate::light::angle;
 use crate::region::potential::{is_weak, potential, white};
 use crate::region::{Cuboid, Direction, Face, Solid, ViewCell};
 use crate::{Emission, Light, LightTree, PackedNode, Point, World, radiance, sample::Random};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+
+/// Share of the coordinates by which turning may move a place.
+const ROUNDED: f64 = 1e-12;
 
 /// A face, and what there is to see from it.
 pub struct Sight<'a> {
@@ -110,6 +114,9 @@ impl<'a> Sight<'a> {
         for from in &points.found {
             let turned = self.direction.turned(from[0], from[1], from[2]);
             let local = self.cell.turn.from(turned);
+            if !self.may_hold(local) {
+                continue;
+            }
             if threshold.is_some_and(|t| !self.gives(of, local, t)) {
                 continue;
             }
@@ -119,6 +126,14 @@ impl<'a> Sight<'a> {
             }
         }
         (None, rays)
+    }
+
+    /// Whether any surface of the face may be at a place of its box: surfaces lie within their box in
+    /// local space too, and the corners of one that is turned reach beyond.
+    fn may_hold(&self, local: DVec3) -> bool {
+        let Region { min, max, .. } = self.face.region;
+        let rounded = ROUNDED * min.abs().max(max.abs()).max_element();
+        local.cmpge(min - rounded).all() && local.cmple(max + rounded).all()
     }
 
     /// Whether a white surface there gives more than nothing, and at least the threshold, because of a

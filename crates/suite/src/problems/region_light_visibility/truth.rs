@@ -13,7 +13,7 @@ use dapple_many_lights::{
 use glam::DVec3;
 
 /// Changes with whatever changes the truth's values.
-const TRUTH_VERSION: u32 = 1;
+const TRUTH_VERSION: u32 = 2;
 
 /// What a light is to a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

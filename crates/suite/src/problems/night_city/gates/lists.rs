@@ -76,7 +76,7 @@ pub fn gates() -> Vec<Gate> {
                 "mirrored",
                 "every light that a point of a face mirrors towards the eye is among those that the \
                  face may mirror",
-                "the eye is elsewhere",
+                "a corner stands for the face, with a lobe a hundredth as wide",
             ),
             mirrored,
         ),
@@ -261,9 +261,11 @@ fn mirrored(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteError
         let town = &case.night().town;
         let world = town.world(false);
         let eye = world.frames[0].eye.position;
-        let wrong = region.min - region.normal_axis * 3.0 + DVec3::Y * 40.0;
-        let at = if faulty { wrong } else { eye };
-        let mirror = Mirror::new(region, [at; 2], LOBE_RAD, 3)?;
+        let corner = Region { max: region.min, ..*region };
+        let mirror = match faulty {
+            false => Mirror::new(region, [eye; 2], LOBE_RAD, 3)?,
+            true => Mirror::new(&corner, [eye; 2], 0.01 * LOBE_RAD, 0)?,
+        };
         let mut found = Vec::new();
         mirror.reflected(&town.lights, nodes, &mut found);
         for &node in nodes {

@@ -3,6 +3,7 @@
 //! The heart is P1: in sound modes no light that any point of a face sees is left out. Rays judge it,
 //! not another form of the same steps: a fault once made was shared by both.
 
+mod forms;
 mod model;
 mod precuts;
 mod rays;
@@ -17,7 +18,7 @@ const ALL: &str = "-";
 
 /// Every gate of the problem.
 pub fn all() -> Vec<Gate> {
-    [rays::gates, shadows::gates, precuts::gates, rivals::gates]
+    [rays::gates, shadows::gates, precuts::gates, forms::gates, rivals::gates]
         .into_iter()
         .flat_map(|gates| gates())
         .collect()

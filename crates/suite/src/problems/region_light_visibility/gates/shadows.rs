@@ -12,7 +12,7 @@ use crate::{
 use dapple_many_lights::region::{
     Cuboid, Direction, Edge, Fusion, OccluderMode,
     fusion::{Horizon, reference::Shadow},
-    horizon::{Umbra, hull, reproject, umbra, union_of_edges},
+    horizon::{Umbra, reproject, umbra, union_of_edges},
 };
 use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
@@ -26,6 +26,9 @@ const TOUCH: f64 = 1e-9;
 
 /// Share of a shadow from its borders that is looked at beside them.
 const BESIDE: f64 = 1e-6;
+
+/// Share of the coordinates by which edges may be off: ends are rounded, and edges may be steep there.
+const STRAIGHT: f64 = 1e-6;
 
 /// Worlds of a gate, at least: each has many planes.
 const WORLDS: u32 = 24;
@@ -416,34 +419,57 @@ fn edges(context: &GateContext<'_>, faulty: bool) -> Result<Tally, SuiteError> {
     for number in 0..context.cases.max(WORLDS) {
         let mut rng = rng(context.seed, "edges", number);
         let Scene { cell, solids } = scene(context, number, &mut rng)?;
-        for solid in solids.iter().filter(|s| s.w[0] > cell.w[1] && s.h[0] <= cell.h[0]) {
+        // What nearly touches the cell throws its edges as far as any rounding.
+        let least = 1e-6 * solids.last().map_or(0.0, |far| far.w[1] - cell.w[0]);
+        let apart = |s: &&Cuboid| s.w[0] > cell.w[1] + least && s.h[0] <= cell.h[0];
+        for solid in solids.iter().filter(apart) {
             let plane = solid.w[1] + (solid.w[1] - cell.w[0]) * rng.random_range(0.0..2.0);
             let edges = union_of_edges(&cell, solid).len();
             tally.within(edges as f64, 3.0, || format!("case {number}: edges of {solid:?}"));
-            let exact = hull(&cell, solid, plane);
-            let (Some(single), Some(whole)) =
-                (umbra(&cell, solid, plane, Edge::Sloped), umbra(&cell, solid, plane, Edge::Hull))
-            else {
-                continue;
-            };
+            let on = |edge| umbra(&cell, solid, plane, edge);
+            let (Some(single), Some(whole)) = (on(Edge::Sloped), on(Edge::Hull)) else { continue };
             let single = match faulty {
                 true => Umbra::flat(single.u, single.foot, whole.highest() + 1.0),
                 false => single,
             };
-            let size = exact.iter().flatten().fold(plane - cell.w[0], |a, b| a.max(b.abs()));
-            for [a, b] in exact.array_windows() {
-                let share: f64 = rng.random();
-                let [u, h] = [0, 1].map(|axis| (1.0 - share) * a[axis] + share * b[axis]);
-                if u > whole.u[0] && u < whole.u[1] {
-                    let off = (whole.height(u) - h).abs() / size;
-                    tally.within(off, 1e-8, || format!("case {number}: whole edge at {u}"));
-                }
-                if u > single.u[0] && u < single.u[1] {
-                    let above = (single.height(u) - h) / size;
-                    tally.within(above, 1e-8, || format!("case {number}: single edge at {u}"));
-                }
+            for _ in 0..8 {
+                let share = rng.random();
+                let (u, size) = (between(whole.u, share), size(&whole, plane - cell.w[0]));
+                let off = (whole.height(u) - edge_at(&cell, solid, plane, u)).abs() / size;
+                tally.within(off, STRAIGHT, || format!("case {number}: whole edge at {u}"));
+                let (u, size) = (between(single.u, share), size.max(single.highest().abs()));
+                let above = (single.height(u) - edge_at(&cell, solid, plane, u)) / size;
+                tally.within(above, STRAIGHT, || format!("case {number}: single edge at {u}"));
             }
         }
     }
     Ok(tally)
+}
+
+/// The greatest coordinate that a shadow's edge depends on.
+fn size(of: &Umbra, depth: f64) -> f64 {
+    of.u.into_iter().chain(of.top).chain([of.highest()]).fold(depth, |a, b| a.max(b.abs()))
+}
+
+/// Height at `u` of what all corners of a cell's top see hidden by a box, by definition: over each corner
+/// the highest line between two corners of the box's top, and the lowest of these.
+fn edge_at(cell: &Cuboid, solid: &Cuboid, plane: f64, u: f64) -> f64 {
+    let over = |eye: [f64; 2]| {
+        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(side, face)| {
+            let k = (plane - eye[1]) / (solid.w[face] - eye[1]);
+            [eye[0] + k * (solid.u[side] - eye[0]), cell.h[1] + k * (solid.h[1] - cell.h[1])]
+        });
+        let mut highest = f64::NEG_INFINITY;
+        for a in corners {
+            for b in corners {
+                if a[0] <= u && u <= b[0] {
+                    let share = if b[0] > a[0] { (u - a[0]) / (b[0] - a[0]) } else { 0.0 };
+                    highest = highest.max((1.0 - share) * a[1] + share * b[1]);
+                }
+            }
+        }
+        highest
+    };
+    let eyes = cell.u.into_iter().flat_map(|u| cell.w.map(|w| [u, w]));
+    eyes.map(over).fold(f64::INFINITY, f64::min)
 }
